@@ -100,7 +100,7 @@ pictures: install
 	rm -rf build/pictures
 	$(BIN)/workbench run protocols/hop-17.yaml --runs build/pictures
 	$(BIN)/python docs/make_pictures.py build/pictures/* docs/pictures
-	WORKBENCH_PICTURES=docs/pictures $(BIN)/python -m pytest -q tests/review/test_review_bar.py
+	WORKBENCH_PICTURES=docs/pictures $(BIN)/python -m pytest -q tests/report/test_review_bar.py
 	$(BIN)/python docs/make_template_picture.py docs/pictures
 	$(BIN)/python docs/make_output_picture.py docs/pictures
 	$(BIN)/python docs/make_architecture_picture.py docs/pictures

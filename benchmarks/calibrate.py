@@ -18,15 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.bundles import manifest_of
-from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle
-from workbench.engine import carry_out
 from workbench.errors import InputError
-from workbench.experiment import Experiment
-from workbench.identify import SpeedCalibration, SpeedPoint, calibrate, measured_run, speed_points
+from workbench.fit import measured_run
+from workbench.identify import SpeedCalibration, SpeedPoint, calibrate, speed_points
 from workbench.motion import ROTOR, ROTOR_ANGLE, TOP
-from workbench.operators import QuietOperator
-from workbench.protocol import Protocol, load, load_model, load_shape, make_plan
+from workbench.run import Experiment, QuietOperator, carry_out, load_bench
+from workbench.run.bench import VirtualBench
+from workbench.schemas import Protocol, load, load_model, load_shape, make_plan
 from workbench.timeseries import TimeSeries
 from workbench.tracking import mean_speed, motor_speed_fft, motor_speed_thesis
 

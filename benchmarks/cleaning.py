@@ -23,10 +23,11 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.bench import load_bench
 from workbench.errors import InputError
 from workbench.motion import FOOT, ROTOR, ROTOR_ANGLE, TOP
-from workbench.protocol import BenchFile, VirtualSection, load_model, load_shape
+from workbench.run import load_bench
+from workbench.run.virtual import film, move
+from workbench.schemas import BenchFile, VirtualSection, load_model, load_shape
 from workbench.sim import make_robot
 from workbench.timeseries import TimeSeries
 from workbench.tracking import (
@@ -41,7 +42,6 @@ from workbench.tracking import (
     mean_speed,
     raw_points,
 )
-from workbench.virtual import film, move
 
 NOISE_M = 2e-4
 GAP_SHARE, GLITCH_SHARE = 0.02, 0.005

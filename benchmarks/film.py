@@ -16,8 +16,8 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from tests.review.conftest import make_comparison
-from workbench.film import Film, write_video
+from tests.report.conftest import make_comparison
+from workbench.report import Film, write_video
 
 QUICK_S = 1.0
 BAR_S = 60.0

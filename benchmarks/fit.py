@@ -28,11 +28,18 @@ from benchmarks.bank.cases_twin import TwinGenerator  # noqa: E402
 from benchmarks.bank.courses import Course, Generator, Job  # noqa: E402
 from benchmarks.bank.observe import NOISE_M, film  # noqa: E402
 from benchmarks.bank.write import measured_run  # noqa: E402
-from workbench.fit import Estimator, Hopper, MeasuredRun, ParameterVector, free_parameters, refined  # noqa: E402
-from workbench.fit.process import likeliest  # noqa: E402
+from workbench.fit import (  # noqa: E402
+    Estimator,
+    Hopper,
+    MeasuredRun,
+    ParameterVector,
+    free_parameters,
+    likeliest,
+    refined,
+)
 from workbench.identify import identify  # noqa: E402
 from workbench.motion import TOP  # noqa: E402
-from workbench.protocol import ModelFile, load_model, load_shape  # noqa: E402
+from workbench.schemas import ModelFile, load_model, load_shape  # noqa: E402
 from workbench.sim import make_robot  # noqa: E402
 
 MODEL, SHAPE = load_model("thesis", Path()).content, load_shape("thesis-initial", Path()).content

@@ -18,7 +18,8 @@ from pathlib import Path
 import numpy as np
 from identify_truth import NAMES, Take, drawn, taken, thesis_files
 
-from workbench.identify import Identification, MeasuredRun, identify
+from workbench.fit import MeasuredRun
+from workbench.identify import Identification, identify
 from workbench.motion import FOOT, ROTOR, ROTOR_ANGLE, TOP, rotor_angle
 from workbench.timeseries import TimeSeries
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from workbench.motion import FOOT, ROTOR, TOP, Mode, position
-from workbench.protocol import ModelFile, ShapeFile, load_model, load_shape
+from workbench.schemas import ModelFile, ShapeFile, load_model, load_shape
 from workbench.sim import (
     SAMPLE_RATE_HZ,
     Condition,

@@ -18,7 +18,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from workbench.protocol import load_model, load_shape
+from workbench.schemas import load_model, load_shape
 from workbench.sim import Robot, compile_model, make_robot, settle
 
 OMEGA = 14.0

@@ -26,17 +26,14 @@ import rerun_cli
 
 from tests.streaming import RATE_HZ, fallen, filmed, lab, slipped, task
 from tests.tracking.natnet_stub import StubServer, frames, models, server_info
-from workbench.bench import load_bench, make_bench
-from workbench.engine import carry_out
 from workbench.errors import SafetyStop
-from workbench.experiment import read_experiment
-from workbench.hw import SystemClock
-from workbench.hw.simulated import SimulatedRiden, serve
+from workbench.hw import SystemClock, serve
+from workbench.hw.simulated import SimulatedRiden
 from workbench.live import LiveTwin
 from workbench.loopback import HERE
-from workbench.operators import QuietOperator
-from workbench.protocol import StopWhen
-from workbench.review import LiveViewer
+from workbench.report import LiveViewer
+from workbench.run import QuietOperator, carry_out, load_bench, make_bench, read_experiment
+from workbench.schemas import StopWhen
 from workbench.tracking import Recorder, Stream, Take
 
 __all__: list[str] = []

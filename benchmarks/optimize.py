@@ -29,9 +29,8 @@ from search import PEERS, has_octave_ga, octave_ga
 from twin import THREADS, floor
 
 from workbench.design import ALGORITHMS, Objective, Problem, Settings, Study, appraise
-from workbench.optimize import Cmaes, CmaesOptions, History, search
-from workbench.optimize.algorithm import Algorithm
-from workbench.protocol import load_model, load_shape
+from workbench.optimize import Algorithm, Cmaes, CmaesOptions, History, search
+from workbench.schemas import load_model, load_shape
 from workbench.sim import Fanout
 
 OMEGA = 17.0  # [rad/s]

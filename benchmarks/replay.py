@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 from scipy.signal import savgol_filter
 
 from workbench.fit import commanded_angle
-from workbench.protocol import load_model, load_shape
+from workbench.schemas import load_model, load_shape
 from workbench.sim import Condition, Robot, make_robot, sample_times, simulate
 
 SPEEDS = (8.2, 11.0, 13.2)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
 from workbench.motion import FOOT, TOP
-from workbench.protocol import load_model, load_shape
+from workbench.schemas import load_model, load_shape
 from workbench.sim import Condition, Robot, Simulation, make_robot, sample_times, simulate_all
 
 SPEEDS = (16.0, 17.0, 18.0, 19.0, 20.0, 21.0)  # [rad/s]

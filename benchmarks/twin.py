@@ -25,7 +25,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from workbench.protocol import load_model, load_shape
+from workbench.schemas import load_model, load_shape
 from workbench.sim import (
     Condition,
     Robot,

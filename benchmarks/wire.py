@@ -37,7 +37,7 @@ from tests.hw.foreign import (
     Spe6103,
 )
 from workbench.errors import HardwareError
-from workbench.hw import Connection, SimulatedClock
+from workbench.hw import Connection, Reading, SimulatedClock, Supply
 from workbench.hw import korad as korad_driver
 from workbench.hw import scpi as scpi_driver
 from workbench.hw.dps import DpsSupply
@@ -47,7 +47,6 @@ from workbench.hw.line import Line
 from workbench.hw.modbus import ModbusSupply
 from workbench.hw.riden import RidenSupply
 from workbench.hw.scpi import ScpiSupply
-from workbench.hw.supply import Reading, Supply
 from workbench.hw.transport import Transport
 
 __all__ = ["STUBS", "DisturbedWire", "Score", "read_supply"]

@@ -29,7 +29,7 @@ def layers() -> list[list[str]]:
     """Return the rooms of each layer, the highest first."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     contracts = settings["tool"]["importlinter"]["contracts"]
-    (found,) = (one["layers"] for one in contracts if one["type"] == "layers")
+    found = next(one["layers"] for one in contracts if one["type"] == "layers")
     return [sorted(re.split(r"\s*[|:]\s*", layer)) for layer in found]
 
 

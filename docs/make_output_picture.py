@@ -11,8 +11,7 @@ import argparse
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from workbench.output import after, fold
-from workbench.output.state import State
+from workbench.output import State, after, fold
 
 Event = dict[str, Any]
 

@@ -3,7 +3,7 @@
     python docs/make_pictures.py RUN_FOLDER OUT
 
 Writes `report.png`, the top of the report as a browser shows it. Needs chromium. The pictures of
-the viewer are made by `tests/review/test_review_bar.py`.
+the viewer are made by `tests/report/test_review_bar.py`.
 """
 
 from __future__ import annotations

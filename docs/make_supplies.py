@@ -8,9 +8,16 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from workbench.hw import MODELS, Model
-from workbench.hw.models import FAMILIES, Family, ModbusModel, Rating, ScpiModel
-from workbench.hw.simulated import SimulatedFault
+from workbench.hw import (
+    FAMILIES,
+    MODELS,
+    Family,
+    ModbusModel,
+    Model,
+    Rating,
+    ScpiModel,
+    SimulatedFault,
+)
 
 HEAD = """# Supplies
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from workbench.protocol import load_shape
+from workbench.schemas import load_shape
 from workbench.template import make_sheet, make_strip, paper_named, pdf_pages
 
 THICKNESS_M = 0.002

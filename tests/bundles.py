@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from workbench.bench import BUILT_IN, VirtualBench, load_bench
 from workbench.bundle import (
     Asked,
     Bundle,
@@ -22,10 +21,9 @@ from workbench.bundle import (
     add_remark,
     events,
 )
-from workbench.comparison_set import write_views
-from workbench.engine import carry_out
-from workbench.experiment import read_experiment
-from workbench.operators import QuietOperator
+from workbench.report import write_views
+from workbench.run import QuietOperator, carry_out, load_bench, read_experiment
+from workbench.run.bench import BUILT_IN, VirtualBench
 from workbench.timeseries import TimeSeries
 
 NOW = datetime(2026, 3, 12, 10, 15).astimezone()

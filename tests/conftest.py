@@ -69,7 +69,7 @@ def _own_ledgers(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempP
 @pytest.fixture
 def without_views(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the command line draw no views, for tests that look at none."""
-    monkeypatch.setattr("workbench.comparison_set.write_views", lambda bundle: None)
+    monkeypatch.setattr("workbench.report.comparison_set.write_views", lambda bundle: None)
 
 
 @pytest.fixture(scope="session")

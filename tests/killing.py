@@ -81,7 +81,9 @@ class Killed:
 
 def lab_file(folder: Path, device: Device) -> Path:
     """Write a bench whose supply is a device on loopback, and return its path."""
-    text, _, _ = (ROOT / "workbench" / "bench-virtual.yaml").read_text().partition("virtual:\n")
+    text, _, _ = (
+        (ROOT / "workbench" / "run" / "bench-virtual.yaml").read_text().partition("virtual:\n")
+    )
     connection = f"{{kind: rtu-over-tcp, address: '{device.address}'}}"
     path = folder / "lab.yaml"
     path.write_text(text.replace("{kind: simulated}", connection))
@@ -168,7 +170,7 @@ def _client(words: list[str], err: Path, pipe: Pipe, attended: bool, state: Path
     Attended, its prompts have to be answered in a panel; otherwise they answer themselves.
     """
     from workbench.cli import main
-    from workbench.operators import QuietOperator
+    from workbench.run import QuietOperator
 
     os.environ["WORKBENCH_STATE"] = str(state)
     sys.stderr = sys.stdout = err.open("w")

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.bench import load_bench
 from workbench.live import LiveTask
-from workbench.protocol import Mode, load_model, load_shape
+from workbench.run import load_bench
+from workbench.run.virtual import film, move, true_robot
+from workbench.schemas import Mode, load_model, load_shape
 from workbench.tracking import Take
-from workbench.virtual import film, move, true_robot
 
 RATE_HZ = 120
 VIRTUAL = load_bench("virtual")
@@ -71,7 +71,9 @@ def task(mode: Mode = "hop", rest: float = 1.0, **given: object) -> LiveTask:
 
 def lab(root: Path, folder: Path, supply: str, port: int) -> Path:
     """The file of a bench whose supply and cameras are elsewhere on loopback."""
-    text, _, _ = (root / "workbench" / "bench-virtual.yaml").read_text().partition("virtual:\n")
+    text, _, _ = (
+        (root / "workbench" / "run" / "bench-virtual.yaml").read_text().partition("virtual:\n")
+    )
     place = f"{{kind: rtu-over-tcp, address: '{supply}'}}"
     live = f"  live: {{server: 127.0.0.1, command_port: {port}}}\n"
     path = folder / "lab.yaml"

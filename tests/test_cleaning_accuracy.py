@@ -8,12 +8,12 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from workbench.bench import load_bench
 from workbench.motion import FOOT, ROTOR, ROTOR_ANGLE, TOP
-from workbench.protocol import load_model, load_shape
+from workbench.run import load_bench
+from workbench.run.virtual import film, move
+from workbench.schemas import load_model, load_shape
 from workbench.sim import make_robot
 from workbench.tracking import Axes, BodyNames, Missing, make_track, mean_speed
-from workbench.virtual import film, move
 
 NOISE_M = 2e-4
 WITHIN = 1.2

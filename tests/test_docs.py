@@ -25,7 +25,7 @@ from ruamel.yaml import YAML
 
 from tests.quoting import commands, squeezed
 from workbench.cli.app import app
-from workbench.protocol import SCHEMAS, load
+from workbench.schemas import SCHEMAS, load
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])

@@ -9,12 +9,10 @@ import pytest
 from _pytest.mark import ParameterSet
 
 from tests.bundles import manifest_of
-from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import verify
-from workbench.engine import carry_out
-from workbench.experiment import read_experiment
-from workbench.operators import QuietOperator
-from workbench.protocol import Item, Plan, PlannedDrive, PlannedPrompt, PlannedRun
+from workbench.run import QuietOperator, carry_out, load_bench, read_experiment
+from workbench.run.bench import VirtualBench
+from workbench.schemas import Item, Plan, PlannedDrive, PlannedPrompt, PlannedRun
 
 ROOT = Path(__file__).resolve().parents[1]
 PROTOCOLS = sorted((ROOT / "protocols").glob("*.yaml"))

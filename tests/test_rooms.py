@@ -35,13 +35,42 @@ def test_a_file_is_one_room_s_size_and_names_what_it_exports() -> None:
     assert [name for name, text in inside.items() if "__all__" not in text] == []
 
 
+def test_rooms_import_from_each_other_what_their_faces_export() -> None:
+    faces = {f"workbench.{room}" for room in ROOMS}
+    behind: list[str] = []
+    for path in SOURCES:
+        own = path.relative_to(ROOT / "workbench").parts[0]
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            match node:
+                case ast.ImportFrom(module=str(module)):
+                    named = (
+                        [module]
+                        if module not in faces
+                        else [
+                            f"{module}.{one.name}"
+                            for one in node.names
+                            if one.name not in importlib.import_module(module).__all__
+                        ]
+                    )
+                case ast.Import(names=names):
+                    named = [one.name for one in names]
+                case _:
+                    continue
+            behind += [
+                f"{path.relative_to(ROOT)}:{node.lineno} imports {one}"
+                for one in named
+                if one.count(".") > 1 and one.startswith("workbench.") and one.split(".")[1] != own
+            ]
+    assert behind == []
+
+
 OF_THE_RECORD = re.compile(
     r"(manifest\.json|journal\.jsonl|guardian\.jsonl|wire\.log|compare\.rrd|remarks\.jsonl"
     r"|(supply|raw|track|twin|state)\.parquet)"
 )
 READERS = ("workbench/bundle/", "workbench/output/", "workbench/hw/guardian/")
 """What knows the files and keys of a run: the record, and who writes the supply's own logs."""
-TOLD = {"workbench/catalogue/export.py"}  # which explains to people what lies in an export
+TOLD = {"workbench/catalogue/exported.py"}  # which explains to people what lies in an export
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.stem)
@@ -82,7 +111,9 @@ def test_no_file_names_a_machine_s_path() -> None:
 
 
 def test_git_ignores_what_commands_write_and_nothing_that_it_keeps() -> None:
-    verbs = [path for path in SOURCES if path.parent.name in ("api", "cli", "identify")]
+    verbs = [
+        path for path in SOURCES if path.parent.name in ("api", "cli", "identification", "identify")
+    ]
     text = "".join(path.read_text("utf-8") for path in verbs)
     named = set(re.findall(r'Path\(\s*"([\w.-]+)"', text)) - {"protocols"}  # which are read
     assert {"runs", "diagnoses", "models", "as-bent.yaml"} <= named

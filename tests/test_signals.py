@@ -16,20 +16,18 @@ from typing import Any
 
 import pytest
 
-import workbench.bench
-import workbench.engine
+import workbench.run.bench
+import workbench.run.engine
 import workbench.signals
 from tests.bundles import manifest_of
 from tests.hw.hw_stub import AtOnce
-from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle, Event, Record, verify
 from workbench.cli.app import pending_interruption
-from workbench.engine import carry_out
 from workbench.errors import Interrupted
-from workbench.experiment import Experiment
-from workbench.hw.simulated import SimulatedSupply
-from workbench.operators import QuietOperator
-from workbench.protocol import Protocol, load, load_model, load_shape, make_plan
+from workbench.hw import SimulatedSupply
+from workbench.run import Experiment, QuietOperator, carry_out, load_bench
+from workbench.run.bench import VirtualBench
+from workbench.schemas import Protocol, load, load_model, load_shape, make_plan
 from workbench.signals import Signals
 
 PROTOCOL = """\
@@ -39,7 +37,7 @@ steps:
   - run: {mode: clamped, speed: 17 rad/s, rest: 0.5 s, duration: 1 s}
 """
 # where a signal may come between the first one and the run's end; the rest is called from there
-FILES = {workbench.engine.__file__, workbench.signals.__file__, contextlib.__file__}
+FILES = {workbench.run.engine.__file__, workbench.signals.__file__, contextlib.__file__}
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
 
@@ -77,9 +75,9 @@ def make_cheap(patch: pytest.MonkeyPatch) -> None:
         patch.setattr("workbench.hw.channel._Socket", lambda connection: AtOnce(device))
         yield "127.0.0.1:1"
 
-    found = workbench.engine.versions()
-    patch.setattr(workbench.engine, "versions", lambda: found)
-    patch.setattr(workbench.bench, "serve", serve)
+    found = workbench.run.engine.versions()
+    patch.setattr(workbench.run.engine, "versions", lambda: found)
+    patch.setattr(workbench.run.bench, "serve", serve)
     patch.setattr(os, "fsync", lambda file: None)
 
 

@@ -23,7 +23,7 @@ from benchmarks.thesis_objective import (
     free_swing,
 )
 from workbench.errors import InputError
-from workbench.protocol import load_model, load_shape
+from workbench.schemas import load_model, load_shape
 from workbench.sim import Robot, make_robot
 
 TIMES = np.arange(SAMPLES) * SAMPLING_S

@@ -3,9 +3,11 @@
 For notebooks: `import workbench as wb`, then what `__all__` lists; `docs/reference/python.md` is a
 tour. Each name is loaded from the room `api` when it is first used, so that the import is cheap.
 
-Rooms, from the top: `cli`, `api`, `engine`, `review`, `bench`, then side by side `hw`, `tracking`
-and `sim`, then `shape`, `bundle` and `protocol`, `motion`, `timeseries`, `errors`. A room imports
-only from rooms below it; `lint-imports` holds that.
+Rooms in their layers, from the top: `cli`, `api`, `doctor`; `panel`, `report`; `run`, `identify`,
+`diagnose`, `design`, `template`, `as_built`; `twin`, `live`, `fit`; `hw`, `tracking`, `sim`,
+`photo`, `optimize`; `bundle`, `catalogue`, `schemas`; `motion`; and what everybody may import, such
+as `errors`, `timeseries` and `shape`. A room imports only from rooms below it, and only what they
+export; `lint-imports` and `tests/test_rooms.py` hold that.
 """
 
 from __future__ import annotations
@@ -46,12 +48,9 @@ if not TYPE_CHECKING:  # a type checker knows the names, and should miss others
 
     def __getattr__(name: str) -> Any:
         """Load a name of the room `api` when it is first used."""
-        from importlib import import_module
+        from workbench.lazy_names import lazy_names
 
-        if name in __all__:
-            return getattr(import_module("workbench.api"), name)
-        near = import_module("workbench.errors").did_you_mean(name, __all__)
-        raise AttributeError(f"module 'workbench' has no attribute {name!r}{near}")
+        return lazy_names(__name__, {"api": __all__})(name)
 
 
 def __dir__() -> list[str]:

@@ -9,9 +9,8 @@ import numpy as np
 from benchmarks.bank.courses import RATE_HZ, TIP, Course, Job
 from workbench.errors import InputError
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP
-from workbench.protocol import ShapeFile
-from workbench.sim import Condition, Simulation, make_robot, simulate_all
-from workbench.sim.effects import EFFECTS
+from workbench.schemas import ShapeFile
+from workbench.sim import EFFECTS, Condition, Simulation, make_robot, simulate_all
 from workbench.timeseries import TimeSeries
 
 __all__ = ["TwinGenerator"]

@@ -19,7 +19,7 @@ from benchmarks.bank.courses import Course, Generator, Job, Quantities
 from benchmarks.bank.expected import expected
 from benchmarks.bank.observe import FAULTS, Fault, film
 from benchmarks.bank.size import BASE, Sizing, UnreachableError
-from workbench.protocol import load_model, load_shape
+from workbench.schemas import load_model, load_shape
 from workbench.timeseries import TimeSeries
 
 __all__ = ["Robot", "further_runs", "generator_of", "make_case", "robot_of", "sizing_of"]

@@ -27,7 +27,7 @@ from benchmarks.bank.write import measured
 from workbench.diagnose import MENU, Diagnosis, HopperRig, Trial, diagnose, minutes_of, propose
 from workbench.diagnose.proposed import TIMES
 from workbench.errors import DataFault
-from workbench.protocol import load_model, load_shape
+from workbench.schemas import load_model, load_shape
 
 __all__ = ["ROUNDS", "rounds_of", "ties_of", "wrongly"]
 

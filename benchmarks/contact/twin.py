@@ -14,11 +14,18 @@ from numpy.typing import NDArray
 
 from benchmarks.contact.chain import Chain, chain_of, state_of
 from benchmarks.contact.events import AIR, BELOW, FAST, SLOW, STICK, TOUCH, Start
-from workbench.protocol import load_model, load_shape
-from workbench.sim import SAMPLE_RATE_HZ, Condition, Robot, make_robot, sample_times
+from workbench.schemas import load_model, load_shape
+from workbench.sim import (
+    CORNER_FIELDS,
+    SAMPLE_RATE_HZ,
+    Condition,
+    Robot,
+    at_rest,
+    make_robot,
+    sample_times,
+)
 from workbench.sim.drive import SERVO_DAMPING, SERVO_STIFFNESS
-from workbench.sim.ground import CORNER_FIELDS, LOCKED, LOOSE, WAIT, corner_records
-from workbench.sim.simulate import at_rest
+from workbench.sim.ground import LOCKED, LOOSE, WAIT, corner_records
 
 __all__ = ["DOWN", "State", "begin", "dropped", "hop", "reference", "thesis_chain", "thesis_robot"]
 

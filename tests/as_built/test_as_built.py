@@ -7,17 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.as_built import (
-    Cost,
-    deviation_figure,
-    deviation_of,
-    simulate_cost,
-    write_as_bent,
-    write_readback,
-)
+from workbench.as_built import Cost, deviation_of, simulate_cost, write_as_bent
 from workbench.errors import InputError
 from workbench.photo import AsBent
-from workbench.protocol import ShapeFile, load_model, load_shape
+from workbench.report import deviation_figure, write_readback
+from workbench.schemas import ShapeFile, load_model, load_shape
 from workbench.sim import make_robot
 
 ERROR = np.radians(0.1)

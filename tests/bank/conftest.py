@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.bank.rod import Rod
-from workbench.protocol import ModelFile, ShapeFile, load_model, load_shape
+from workbench.schemas import ModelFile, ShapeFile, load_model, load_shape
 
 
 @pytest.fixture(scope="session")

@@ -35,9 +35,9 @@ from benchmarks.bank.rod import Rod
 from benchmarks.bank.size import Sizing, UnreachableError, rms
 from benchmarks.bank.write import measured, sealed_label, write_case
 from tests.bundles import manifest_of
-from workbench.ingest import ingest_sheet
 from workbench.motion import TOP
-from workbench.protocol import ModelFile, ShapeFile, Sheet, load
+from workbench.run import ingest_sheet
+from workbench.schemas import ModelFile, ShapeFile, Sheet, load
 from workbench.timeseries import TimeSeries
 
 pytestmark = pytest.mark.long  # a benchmark tests itself

@@ -18,9 +18,8 @@ from benchmarks.bank.score import Judged, judge
 from benchmarks.bank.stored import read_made
 from benchmarks.bank.write import measured
 from tests.bank.reduced import CASES, FURTHER, SMALL_DRAW
-from workbench.diagnose.diagnosis import diagnose
-from workbench.diagnose.rig import HopperRig
-from workbench.protocol import load_model, load_shape
+from workbench.diagnose import HopperRig, diagnose
+from workbench.schemas import load_model, load_shape
 
 REMOVED = 0.8  # of the removable error, by an extension, also of a cause of little size
 BUDGET_S: dict[Block, float] = dict.fromkeys(("single", "null", "pair", "outside"), 60.0)

@@ -15,9 +15,8 @@ from benchmarks.bank.courses import Course, Job
 from benchmarks.bank.rod import Rod, energies, linear_frequencies, swing
 from benchmarks.bank.rod_mesh import MODES
 from workbench.motion import TOP
-from workbench.protocol import ModelFile, ShapeFile
-from workbench.sim import linear_modes, make_robot, simulate
-from workbench.sim.condition import Condition
+from workbench.schemas import ModelFile, ShapeFile
+from workbench.sim import Condition, linear_modes, make_robot, simulate
 
 pytestmark = pytest.mark.long  # a benchmark tests itself
 

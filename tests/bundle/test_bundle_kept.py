@@ -21,8 +21,8 @@ from tests.bundles import journal_of, manifest_of
 from tests.conftest import ROOT, Command
 from workbench.bundle import Bundle, events, verify
 from workbench.diagnose import robot_of
-from workbench.load_run import load_comparison
-from workbench.review import write_recording, write_report
+from workbench.report import write_recording, write_report
+from workbench.report.load_run import load_comparison
 
 KEPT = ROOT / "tests" / "data" / "record"
 EXPECTED = json.loads((KEPT / "bundle-1.json").read_text(encoding="utf-8"))

@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 
 from tests.conftest import ROOT
-from workbench.bench import load_bench, make_bench
-from workbench.bundle import Event, events
-from workbench.bundle.sentences import sentence
+from workbench.bundle import Event, events, sentence
+from workbench.run import load_bench, make_bench
 
 
 @pytest.mark.parametrize(("event", "said"), [

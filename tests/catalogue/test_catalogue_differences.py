@@ -9,7 +9,7 @@ import pytest
 
 from tests.bundles import NOW, make_bundle, note, remarked
 from workbench.bundle import Bundle
-from workbench.catalogue.differences import ABSENT, differences
+from workbench.catalogue import ABSENT, differences
 
 
 @pytest.fixture

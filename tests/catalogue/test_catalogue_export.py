@@ -19,7 +19,7 @@ from scipy.io import loadmat
 from tests.bundles import NOW, STATE, SUPPLY, TRACK, TWIN, make_bundle, remarked
 from workbench.bundle import Manifest, verify
 from workbench.bundle.inside import printable
-from workbench.catalogue.export import export
+from workbench.catalogue import export
 from workbench.catalogue.matlab import as_mat
 from workbench.catalogue.traces import as_csv, column_lines, heading
 from workbench.errors import InputError, RecordError
@@ -294,7 +294,7 @@ def test_an_export_that_breaks_off_leaves_nothing(
     def full(series: TimeSeries) -> bytes:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("workbench.catalogue.export.as_csv", full)
+    monkeypatch.setattr("workbench.catalogue.exported.as_csv", full)
     for name in ("x", "x.zip"):
         with pytest.raises(RecordError, match=rf"{name}: cannot be written \(No space left"):
             export(runs, tmp_path / name, csv=True, mat=False)

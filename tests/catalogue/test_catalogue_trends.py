@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from tests.bundles import NOW, make_bundle
-from workbench.catalogue import Query, search
-from workbench.catalogue.trends import beside_earlier, conditions, individuals, trends
+from workbench.catalogue import Query, beside_earlier, conditions, search, trends
+from workbench.catalogue.trend import individuals
 
 FLOW = [49.6, 47.6, 49.9, 51.3, 47.8, 51.2, 52.6, 52.4, 53.6, 52.1]
 """The example of the NIST/SEMATECH e-Handbook, 6.3.2.2: mean 50.81, limits 45.8159 and 55.8041."""

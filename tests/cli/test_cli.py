@@ -22,10 +22,9 @@ from typer.testing import CliRunner
 
 from tests.bundles import asked_for
 from tests.conftest import Command
-from workbench.bench import load_bench
 from workbench.bundle import Bundle
 from workbench.cli.app import app
-from workbench.experiment import read_experiment
+from workbench.run import load_bench, read_experiment
 
 PROTOCOL = """\
 schema: workbench/protocol-1
@@ -312,7 +311,7 @@ def test_schema_and_doctor_and_models_answer(workbench: Command) -> None:
 def test_a_signal_in_a_real_time_run_ends_with_130_and_the_output_off(
     root: Path, protocol: Path, tmp_path: Path, number: signal.Signals
 ) -> None:
-    text = (root / "workbench" / "bench-virtual.yaml").read_text()
+    text = (root / "workbench" / "run" / "bench-virtual.yaml").read_text()
     bench = tmp_path / "bench.yaml"
     bench.write_text(text.replace("  seed: 17\n", "  seed: 17\n  real_time: true\n"))
     command = [sys.executable, "-c", "from workbench.cli import main; main()"]

@@ -10,7 +10,7 @@ import pytest
 from tests.bundles import carried_out, manifest_of
 from tests.conftest import Command
 from workbench.bundle import Bundle
-from workbench.protocol import CalibrationFile, Protocol, load
+from workbench.schemas import CalibrationFile, Protocol, load
 
 STEPS = """\
   - sweep: {mode: clamped, voltages: [3 V, 4.5 V, 2 V, 3.7 V], rest: 1 s, ramp: 0 s, duration: 5 s}
@@ -76,7 +76,7 @@ def test_a_bench_names_the_file_and_its_bundles_keep_it(
     workbench: Command, runs: Path, tmp_path: Path, root: Path
 ) -> None:
     workbench("calibrate", runs, "--out", tmp_path / "cal" / "day.yaml")
-    text = (root / "workbench" / "bench-virtual.yaml").read_text(encoding="utf-8")
+    text = (root / "workbench" / "run" / "bench-virtual.yaml").read_text(encoding="utf-8")
     begin, end = text.index("calibration:"), text.index("tracking:")
     bench = tmp_path / "bench.yaml"
     bench.write_text(text[:begin] + "calibration: cal/day.yaml\n" + text[end:], encoding="utf-8")

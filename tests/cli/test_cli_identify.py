@@ -11,7 +11,7 @@ import pytest
 
 from tests.bundles import carried_out
 from tests.conftest import Command
-from workbench.protocol import ModelFile, load
+from workbench.schemas import ModelFile, load
 
 STEPS = """\
   - run: {mode: decay, pull: 0.8 N, rest: 1 s, duration: 2 s}

@@ -10,11 +10,11 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from tests.bundles import manifest_of
-from workbench.bench import load_bench
 from workbench.bundle import Bundle
 from workbench.cli.app import app
 from workbench.diagnose import Trial, next_protocol
-from workbench.protocol import Protocol, load
+from workbench.run import load_bench
+from workbench.schemas import Protocol, load
 
 CUBIC = 60.0  # [N m/rad^3]; ring-downs of one small size take it for stiffness
 FIRST = """\

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Command
-from workbench.protocol import load_shape
+from workbench.schemas import load_shape
 
 MAIN = [sys.executable, "-c", "from workbench.cli import main; main()"]
 SMALL = ("--algorithm", "ga", "--duration", 1, "--evaluations", 24)

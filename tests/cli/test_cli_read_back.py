@@ -11,7 +11,7 @@ from typer.testing import CliRunner, Result
 
 from workbench.cli.app import app
 from workbench.errors import InputError
-from workbench.protocol import load_shape
+from workbench.schemas import load_shape
 
 TARGET = load_shape("thesis-initial", Path()).content
 

@@ -13,9 +13,9 @@ from rerun.chunk import RrdReader
 from tests.bundles import carried_out, manifest_of
 from tests.conftest import ROOT, Command
 from workbench.bundle import Bundle, sha256, verify
-from workbench.comparison_set import compare_extended
 from workbench.errors import WorkbenchError
-from workbench.protocol import load_model
+from workbench.report import compare_extended
+from workbench.schemas import load_model
 
 DAMPING = 0.05  # [N m s^2/rad^2] that the robot has and the stated model lacks
 
@@ -128,7 +128,7 @@ def test_a_diagnosis_of_the_run_brings_its_extended_twin(
 def test_several_runs_stand_in_one_recording_and_one_page(
     workbench: Command, bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("workbench.comparison_set.ComparisonSet.picture", no_viewer)
+    monkeypatch.setattr("workbench.report.comparison_set.ComparisonSet.picture", no_viewer)
     runs = bundle.parent
     other = shutil.copytree(bundle, runs / f"{bundle.name}_2", dirs_exist_ok=True)
     text = (other / "manifest.json").read_text(encoding="utf-8")
@@ -168,7 +168,7 @@ def test_without_anything_to_write_the_viewer_opens(
     def show(path: Path, web: bool, tell: object) -> None:
         opened.append((web, path.stat().st_size))
 
-    monkeypatch.setattr("workbench.review.viewer.open_viewer", show)
+    monkeypatch.setattr("workbench.report.viewer.open_viewer", show)
     assert workbench("review", bundle).code == 0
     assert workbench("review", bundle, "--web").code == 0
     assert [web for web, _ in opened] == [False, True]

@@ -13,13 +13,13 @@ from rerun.chunk import RrdReader
 
 from tests.bundles import carried_out
 from tests.conftest import Command
-from tests.diagnose.test_diagnose_report import diagnosis, text_of
+from tests.report.diagnosis.test_diagnose_report import diagnosis, text_of
 from workbench.bundle import Bundle
-from workbench.diagnose import HopperRig, kept_replay, replay_of, write_report
-from workbench.diagnose.diagnosis import Diagnosis
-from workbench.diagnose.wording import digits
+from workbench.diagnose import Diagnosis, HopperRig, digits
 from workbench.fit import measured_run
-from workbench.protocol import ModelFile, ShapeFile, load
+from workbench.report import kept_replay, replay_of
+from workbench.report.diagnosis.written import write_report
+from workbench.schemas import ModelFile, ShapeFile, load
 
 DAMPING = 0.05  # [N m s^2/rad^2] that the robot has and the stated model lacks
 EFFECT = {"hinge_quadratic_damping": {"c": (DAMPING, 0.001)}}

@@ -42,7 +42,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Screen:
     (folder / "pair.yaml").write_text(SWEEP, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        patch.setattr("workbench.comparison_set.write_views", lambda bundle: None)
+        patch.setattr("workbench.report.comparison_set.write_views", lambda bundle: None)
         return shown_on_a_terminal(patch, "run", "pair.yaml")
 
 

@@ -19,8 +19,8 @@ from tests.bundles import NOW, asked_for
 from tests.conftest import ROOT, Command
 from workbench.bundle import Bundle
 from workbench.hw.connection import port_trouble
-from workbench.protocol import SCHEMAS
-from workbench.protocol.files import KINDS
+from workbench.schemas import SCHEMAS
+from workbench.schemas.files import KINDS
 
 EXPORT = ROOT / "tests" / "data" / "tracking" / "hop_motive_1.23.csv"
 LAB = ROOT / "docs" / "examples" / "lab-bench.yaml"

@@ -24,7 +24,7 @@ ONE = {
 SEVERAL = {
     "review": "cli.review", "diagnose": "cli.diagnose", "identify": "cli.identify",
     "calibrate": "cli.calibrate", "resonances": "cli.resonances", "runs verify": "cli.runs_show",
-    "runs export --to x.zip": "cli.runs_export", "run hop.yaml --resume": "resume",
+    "runs export --to x.zip": "cli.runs_export", "run hop.yaml --resume": "run.course",
 }  # fmt: skip
 AFTER = {"runs tag": ["paper"], "runs note": ["loose"]}
 WITHOUT = {"run", "ingest", "live", "investigate", "simulate", "modes", "optimize", "thesis",

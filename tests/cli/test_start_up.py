@@ -16,9 +16,9 @@ SCIPY = {f"scipy.{part}" for part in ("interpolate", "linalg", "optimize", "sign
 HEAVY = SCIPY | {
     "PIL", "cv2", "distributed", "ezdxf", "fastapi", "jinja2", "matplotlib", "mujoco", "numba",
     "numpy", "pyarrow", "rerun", "reportlab", "scipy.stats", "sklearn", "uvicorn",
-    "workbench.protocol",
+    "workbench.schemas",
 }  # fmt: skip
-FILES = {"numpy", "workbench.protocol"}
+FILES = {"numpy", "workbench.schemas"}
 ENGINE = {*FILES, "mujoco", "numba"}
 DRAWING = {"rerun", "matplotlib", "jinja2", "PIL"}
 BUDGETS = (
@@ -85,8 +85,8 @@ def test_a_take_is_read_without_the_simulation(tmp_path: Path) -> None:
 
 
 def test_what_a_run_needs_draws_nothing(tmp_path: Path) -> None:
-    """Carrying one out up to its seal loads none of them either: `tests/test_views.py`."""
-    rooms = "bench, engine, ingest, twin_comparison, rehearsal, attended, "
+    """Carrying one out up to its seal loads none of them either: `tests/report/test_views.py`."""
+    rooms = "run.bench, run.engine, run.ingest, twin.comparison, run.rehearsal, run.attended, "
     rooms += "cli.run, cli.terminal, cli.ingest"
     found = loaded(f"import {', '.join(f'workbench.{r}' for r in rooms.split(', '))}", tmp_path)
     assert "mujoco" in found

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from workbench.design import Problem
-from workbench.protocol import load_model, load_shape
+from workbench.schemas import load_model, load_shape
 from workbench.sim import Robot
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from workbench.design import DistanceDraws, draw_distances
-from workbench.protocol import load_model, load_shape
+from workbench.schemas import load_model, load_shape
 from workbench.sim import Condition, Robot, make_robot, simulate
 
 HOP = Condition("hop", np.full(241, 17.0))

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.design import Objective, Problem, Uncertainty, altered
-from workbench.design.variables import Varied
+from workbench.design import Objective, Problem, Uncertainty, Varied, altered
 from workbench.errors import InputError
 from workbench.motion import summarize
 from workbench.sim import Condition, Fanout, Robot, sample_times, simulate

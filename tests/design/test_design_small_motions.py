@@ -11,7 +11,7 @@ import pytest
 from workbench.design import Objective, Problem, parse_varied
 from workbench.design.description import Description
 from workbench.design.small_motions import DESCRIPTORS, descriptors, small_motions
-from workbench.protocol import load_model, load_shape
+from workbench.schemas import load_model, load_shape
 from workbench.sim import Fanout, applied, linear_modes, settle, unloaded
 
 MODEL = load_model("thesis", Path()).content

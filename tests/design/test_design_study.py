@@ -21,11 +21,11 @@ from workbench.design import (
     found_by,
     shape_text,
     write_history,
-    write_report,
 )
 from workbench.errors import InputError, WorkbenchError
 from workbench.optimize import Evaluation, Trial
-from workbench.protocol import ShapeFile, load_model, load_shape, parse
+from workbench.report.design.page import write_report
+from workbench.schemas import ShapeFile, load_model, load_shape, parse
 from workbench.sim import Fanout
 
 DAY = date(2026, 11, 21)

@@ -8,7 +8,7 @@ import pytest
 
 from workbench.design import BOUNDS, Varied, make_space, parse_varied
 from workbench.errors import InputError
-from workbench.protocol import load_shape
+from workbench.schemas import load_shape
 
 
 def angles(name: str) -> tuple[float, ...]:

@@ -8,13 +8,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tests.optimize.contract import NAMES, beam, ridges, three
-from workbench.design.search_figures import (
+from workbench.optimize import GeneticAlgorithm, History, search
+from workbench.report.design.search_figures import (
     draw_front,
     draw_generations,
     draw_repeats,
     draw_variables,
 )
-from workbench.optimize import GeneticAlgorithm, History, search
 
 
 def legend(axes: Axes) -> list[str]:

@@ -12,7 +12,7 @@ from tests.commanding import commanded_speed
 from workbench.fit import MeasuredRun
 from workbench.modes import Role
 from workbench.motion import FOOT, ROTOR_ANGLE, TOP, Mode
-from workbench.protocol import ModelFile, ShapeFile, load_model, load_shape
+from workbench.schemas import ModelFile, ShapeFile, load_model, load_shape
 from workbench.sim import Condition, Robot, make_robot, sample_times, simulate_all
 from workbench.timeseries import TimeSeries
 

@@ -13,16 +13,13 @@ import pyarrow.parquet as pq
 import pytest
 from numpy.typing import NDArray
 
+from workbench.diagnose import Amount, MechanismRig, Rig, load_mechanism
 from workbench.diagnose.fits import Fits
-from workbench.diagnose.mechanism import MechanismRig, load_mechanism
 from workbench.diagnose.mechanism_causes import SECTIONS
-from workbench.diagnose.rig import Rig
-from workbench.diagnose.wording import Amount
 from workbench.errors import InputError
-from workbench.fit import Acts, Scope
-from workbench.fit.systems.mjcf_runs import JointStart
-from workbench.protocol import ChannelEffect, InputEffect, JointEffect
-from workbench.protocol.rig import ActuatorEffect, BodyEffect, GravityEffect
+from workbench.fit import Acts, JointStart, Scope
+from workbench.schemas import ChannelEffect, InputEffect, JointEffect
+from workbench.schemas.rig import ActuatorEffect, BodyEffect, GravityEffect
 
 Array = NDArray[np.float64]
 Control = Callable[[float], float]

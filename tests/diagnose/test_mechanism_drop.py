@@ -8,8 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from workbench.diagnose import Diagnosis, diagnose
-from workbench.diagnose.mechanism import load_mechanism
+from workbench.diagnose import Diagnosis, diagnose, load_mechanism
 
 STATED, TRUE = (0.1, 0.005), (0.33, 0.021)
 """Dry friction [N m] and armature [kg m2] of the file, and of the arm."""

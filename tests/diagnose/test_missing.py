@@ -11,8 +11,9 @@ from scipy.signal import lfilter
 
 from benchmarks.bank.courses import Course, Quantities
 from tests.fit.filmed import ROBOT, measured, ramp, twin_motion
+from workbench.diagnose import ABSENT, Missing, missing_force
 from workbench.diagnose.fits import Hypothesis
-from workbench.diagnose.missing import ABSENT, INDEPENDENT, Missing, missing_force
+from workbench.diagnose.missing import INDEPENDENT
 from workbench.fit import Estimator, Hopper, ParameterVector
 from workbench.motion import TOP
 from workbench.timeseries import TimeSeries

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from workbench.bench import load_bench, make_bench
 from workbench.bundle import Bundle
 from workbench.diagnose import MENU, Following, Proposal, Trial
 from workbench.diagnose.next_protocol import bench_of, menu_of, name_for, write_next
 from workbench.diagnose.proposed import Separation
 from workbench.errors import InputError
-from workbench.protocol import ModelFile, PlannedPrompt, Protocol, load, load_model, make_plan
+from workbench.run import load_bench, make_bench
+from workbench.schemas import ModelFile, PlannedPrompt, Protocol, load, load_model, make_plan
 
 TRIALS = (
     Trial("decay", 0.4, 8.0, 2.0),

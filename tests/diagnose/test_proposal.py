@@ -11,16 +11,13 @@ import numpy as np
 import pytest
 
 from tests.diagnose.hidden import DOCUMENT, SHAPE, Asked, runs_of, truth
-from workbench.diagnose.diagnosis import Diagnosis
+from workbench.diagnose import Diagnosis, HopperRig, Trial, investigate, propose
 from workbench.diagnose.drive_runs import propose_speed_among
-from workbench.diagnose.facts import Trial
 from workbench.diagnose.findings import Cause, Found
 from workbench.diagnose.fits import Fits, Hypothesis
-from workbench.diagnose.investigation import investigate
-from workbench.diagnose.next_experiment import Proposal, minutes_of, propose, propose_among
+from workbench.diagnose.next_experiment import Proposal, minutes_of, propose_among
 from workbench.diagnose.predicted import Setting
 from workbench.diagnose.remaining import Remaining, remaining
-from workbench.diagnose.rig import HopperRig
 from workbench.diagnose.rules import RULES
 from workbench.fit import Estimator, ParameterVector
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from workbench.diagnose.wording import Amount
+from workbench.diagnose import Amount
 from workbench.sim import EFFECTS
 
 

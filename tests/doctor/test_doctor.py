@@ -17,8 +17,7 @@ from tests.conftest import ROOT, Command
 from workbench.doctor import clock, disk, examine, packages, ports, viewer
 from workbench.doctor.ports import exports
 from workbench.errors import WorkbenchError
-from workbench.hw import SystemClock
-from workbench.hw.simulated import SimulatedSupply, draw_current, serve, simulated
+from workbench.hw import SimulatedSupply, SystemClock, draw_current, serve, simulated_supply
 from workbench.hw.simulated.device import DeviceOutput, Wire
 
 LAB = (ROOT / "docs" / "examples" / "lab-bench.yaml").read_text("utf-8")
@@ -33,7 +32,7 @@ def silent(_: str) -> None:
 
 @pytest.fixture
 def supply() -> SimulatedSupply:
-    return simulated("RD6006", clock=SystemClock(), load=draw_current)
+    return simulated_supply("RD6006", clock=SystemClock(), load=draw_current)
 
 
 @pytest.fixture
@@ -121,13 +120,13 @@ def test_packages_that_differ_from_the_tested_ones_are_named(
 
 
 def test_a_viewer_of_another_version_or_none_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("workbench.review.viewer.viewer_version", lambda: "0.1.0")
+    monkeypatch.setattr("workbench.report.viewer.viewer_version", lambda: "0.1.0")
     assert "rerun 0.1.0, but its SDK is" in viewer.viewer().found
 
     def broken() -> str:
         raise WorkbenchError("rerun's viewer does not start: no such file")
 
-    monkeypatch.setattr("workbench.review.viewer.viewer_version", broken)
+    monkeypatch.setattr("workbench.report.viewer.viewer_version", broken)
     found = viewer.viewer()
     assert (found.state, found.found) == ("failed", "rerun's viewer does not start: no such file")
     assert "pip install --force-reinstall" in found.to_do

@@ -11,9 +11,8 @@ from benchmarks.bank.cases import Run
 from benchmarks.bank.cases_twin import TwinGenerator
 from benchmarks.bank.courses import Course, Job, Quantities
 from benchmarks.bank.write import measured_run
-from workbench.fit.measured import MeasuredRun
-from workbench.fit.systems.hopper import Hopper
-from workbench.protocol import load_model, load_shape
+from workbench.fit import Hopper, MeasuredRun
+from workbench.schemas import load_model, load_shape
 from workbench.sim import make_robot
 from workbench.timeseries import TimeSeries
 

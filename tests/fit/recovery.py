@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from workbench.fit.estimator import Estimator
-from workbench.fit.parameters import ParameterVector
-from workbench.fit.systems.mjcf import MjcfSystem
+from workbench.fit import Estimator, MjcfSystem, ParameterVector
 
 __all__ = ["fitted", "noise_like", "ratios"]
 

@@ -10,8 +10,7 @@ import pytest
 from benchmarks.bank.courses import Course
 from tests.fit.filmed import ROBOT, hopper, measured, ramp, twin_motion
 from workbench.errors import InputError
-from workbench.fit import Estimator, Fit, Hopper, ParameterVector, warnings_of
-from workbench.fit.measured import MeasuredRun
+from workbench.fit import Estimator, Fit, Hopper, MeasuredRun, ParameterVector, warnings_of
 from workbench.timeseries import TimeSeries
 
 COURSE = Course("clamped", 3.0, ramp(11.0))

@@ -16,21 +16,24 @@ from tests.fit.filmed import ROBOT, measured, ramp, twin_motion
 from tests.fit.test_mjcf_system import ANGLE_NOISE, PENDULUM, PIVOT, TRUTH, swung
 from workbench.errors import InputError
 from workbench.fit import (
+    Channel,
+    Estimator,
     Fit,
+    Free,
     Hopper,
+    JointStart,
+    MjcfRun,
+    MjcfSystem,
     ParameterVector,
     covariance,
     fit_system,
     free_parameters,
     intervals,
+    refined,
     undetermined,
 )
-from workbench.fit.estimator import Estimator
-from workbench.fit.fitting import _glitches, refined
-from workbench.fit.systems.mjcf import MjcfSystem
-from workbench.fit.systems.mjcf_parameters import Free
-from workbench.fit.systems.mjcf_runs import Channel, JointStart, MjcfRun
-from workbench.protocol import load_model
+from workbench.fit.fitting import _glitches
+from workbench.schemas import load_model
 
 Array = NDArray[np.float64]
 

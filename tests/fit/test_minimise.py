@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from workbench.fit.minimise import minimum
+from workbench.fit import minimum
 
 Array = NDArray[np.float64]
 OPEN = (np.full(2, -np.inf), np.full(2, np.inf))

@@ -12,10 +12,21 @@ from scipy.integrate import solve_ivp
 
 from tests.fit.recovery import fitted, noise_like, ratios
 from workbench.errors import InputError
-from workbench.fit.parameters import Acts, Scope
-from workbench.fit.systems.mjcf import SLIDES, MjcfSystem
-from workbench.fit.systems.mjcf_parameters import FIELDS, Edit, Free, explicit_inertias, parameter
-from workbench.fit.systems.mjcf_runs import Channel, Input, JointStart, MjcfRun
+from workbench.fit import (
+    FIELDS,
+    Acts,
+    Channel,
+    Edit,
+    Free,
+    Input,
+    JointStart,
+    MjcfRun,
+    MjcfSystem,
+    Scope,
+    explicit_inertias,
+)
+from workbench.fit.systems.mjcf import SLIDES
+from workbench.fit.systems.mjcf_parameters import parameter
 
 Array = NDArray[np.float64]
 

@@ -6,14 +6,8 @@ import numpy as np
 import pytest
 
 from workbench.errors import InputError
-from workbench.fit.systems.mjcf_runs import (
-    Channel,
-    JointStart,
-    MjcfRun,
-    channel_noise,
-    common_sample,
-    held_control,
-)
+from workbench.fit import Channel, JointStart, MjcfRun
+from workbench.fit.systems.mjcf_runs import channel_noise, common_sample, held_control
 
 STAMPS = np.array([0.0, 0.04, 0.08, 0.2])
 VALUES = np.array([1.0, 3.0, 2.0, 5.0])

@@ -14,12 +14,18 @@ from scipy.integrate import solve_ivp
 
 from tests.fit.recovery import fitted, noise_like, ratios
 from workbench.errors import InputError
-from workbench.fit.estimator import Estimator
+from workbench.fit import (
+    Channel,
+    Estimator,
+    Free,
+    Input,
+    JointStart,
+    MjcfRun,
+    MjcfSystem,
+    ParameterVector,
+)
 from workbench.fit.gain import stationary
-from workbench.fit.parameters import ParameterVector
-from workbench.fit.systems.mjcf import HINGES, MjcfSystem
-from workbench.fit.systems.mjcf_parameters import Free
-from workbench.fit.systems.mjcf_runs import Channel, Input, JointStart, MjcfRun
+from workbench.fit.systems.mjcf import HINGES
 
 Array = NDArray[np.float64]
 Force = Callable[[Any], Any]

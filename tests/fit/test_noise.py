@@ -13,11 +13,17 @@ from benchmarks.bank.cases import Run
 from benchmarks.bank.courses import Course
 from benchmarks.bank.write import measured_run
 from tests.fit.filmed import ROBOT, measured, ramp, twin_motion
-from workbench.fit import Hopper, MeasuredRun, ParameterVector
-from workbench.fit.drive import commanded_angle, fit_drive
-from workbench.fit.estimator import Estimator
-from workbench.fit.fitting import minimised, refined
-from workbench.fit.noise import coloured_noise
+from workbench.fit import (
+    Estimator,
+    Hopper,
+    MeasuredRun,
+    ParameterVector,
+    coloured_noise,
+    commanded_angle,
+    fit_drive,
+    minimised,
+    refined,
+)
 from workbench.motion import ROTOR_ANGLE, TOP
 
 COURSE = Course("decay", 5.0, pull=0.8)

@@ -10,10 +10,7 @@ import pytest
 from benchmarks.bank.courses import Course
 from tests.fit.filmed import ROBOT, measured, ramp, twin_motion
 from workbench.errors import InputError
-from workbench.fit import observe
-from workbench.fit.measured import MeasuredRun
-from workbench.fit.observer import Job
-from workbench.fit.online import Estimate, OnlineObserver
+from workbench.fit import Estimate, Job, MeasuredRun, OnlineObserver, observe
 from workbench.motion import FOOT, TOP
 from workbench.timeseries import TimeSeries
 

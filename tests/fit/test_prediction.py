@@ -10,12 +10,9 @@ import pytest
 from benchmarks.bank.courses import Course
 from tests.fit.filmed import NOISE_M, ROBOT, hopper, measured, ramp, twin_motion
 from workbench.errors import InputError
-from workbench.fit.estimation import estimate
-from workbench.fit.measured import MeasuredRun, paced
-from workbench.fit.observer import observe
+from workbench.fit import MeasuredRun, estimate, observe, paced, pose, replayed
 from workbench.fit.prediction import Horizon, prediction_errors
-from workbench.fit.replay import replayed
-from workbench.fit.state import observed, pose
+from workbench.fit.state import observed
 from workbench.motion import TOP, misfit
 from workbench.timeseries import TimeSeries
 

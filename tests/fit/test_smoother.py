@@ -14,14 +14,12 @@ from benchmarks.bank.rod import Motion, Rod, _engine, swing
 from benchmarks.bank.rod_equations import conserved
 from tests.fit.filmed import ROBOT, SHAPE, VALUES, hopper, measured, ramp, twin_motion
 from workbench.errors import InputError
-from workbench.fit.gain import Modes, stationary
-from workbench.fit.observer import Innovations
-from workbench.fit.smoother import WINDOW, Smoothed, at_points, smoothed
-from workbench.fit.state import estimated_state
-from workbench.fit.systems.hopper import Hopper
+from workbench.fit import WINDOW, Hopper, Innovations, Modes, at_points, estimated_state, smoothed
+from workbench.fit.gain import stationary
+from workbench.fit.smoother import Smoothed
 from workbench.motion import FOOT, TOP
-from workbench.review import Figure
-from workbench.review.geometry import beam_points
+from workbench.report import Figure
+from workbench.report.geometry import beam_points
 from workbench.timeseries import TimeSeries
 
 DT = 1 / 120

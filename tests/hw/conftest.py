@@ -11,9 +11,8 @@ import pytest
 from guardian_rig import DeviceProcess, device_process
 from hw_stub import QUICK_S, Play, played
 
-from workbench.hw import Connection, Limits, SimulatedClock, Supply, open_supply
-from workbench.hw.guardian import Records
-from workbench.hw.simulated import SimulatedRiden, serve
+from workbench.hw import Connection, Limits, Records, SimulatedClock, Supply, open_supply, serve
+from workbench.hw.simulated import SimulatedRiden
 
 
 @pytest.fixture

@@ -13,9 +13,8 @@ from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
 from typing import Any
 
-from workbench.hw import Connection, SystemClock
-from workbench.hw.guardian import Records
-from workbench.hw.simulated import SimulatedFault, SimulatedRiden, serve
+from workbench.hw import Connection, Records, SimulatedFault, SystemClock, serve
+from workbench.hw.simulated import SimulatedRiden
 from workbench.output import ledgers
 
 OUTPUT = 18  # register of the output's flag

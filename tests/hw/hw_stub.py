@@ -8,8 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
-from workbench.hw import Connection
-from workbench.hw.simulated import SimulatedSupply
+from workbench.hw import Connection, SimulatedSupply
 
 QUICK_S = 0.1  # so that a test of silence is short
 PAUSE_S = 0.02

@@ -14,20 +14,22 @@ from hw_stub import QUICK_S
 
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import (
+    NO_RECORDS,
     Connection,
     Limits,
     SimulatedClock,
+    SimulatedFault,
     Supply,
     open_supply,
     prepare,
+    serve,
     switch_on,
     watch,
     written,
 )
-from workbench.hw.guardian import NO_RECORDS
 from workbench.hw.guardian.messages import Task
 from workbench.hw.models import SCPI
-from workbench.hw.simulated import SimulatedFault, SimulatedScpi, serve
+from workbench.hw.simulated import SimulatedScpi
 
 SEVERAL = [model.name for model in SCPI if model.channels > 1]
 LOW = Limits(Decimal("4.5"), Decimal("0.9"), Decimal("4.9"), Decimal("0.95"))

@@ -14,25 +14,22 @@ from workbench.hw import (
     MODELS,
     Connection,
     Limits,
+    ModbusModel,
     Model,
     SimulatedClock,
+    SimulatedFault,
+    SimulatedSupply,
     Supply,
     model_named,
     open_supply,
     prepare,
+    serve,
+    simulated_supply,
     switch_on,
     watch,
 )
-from workbench.hw.models import ModbusModel, from_word, rounded, to_word
-from workbench.hw.simulated import (
-    SimulatedDps,
-    SimulatedFault,
-    SimulatedHanmatek,
-    SimulatedKorad,
-    SimulatedSupply,
-    serve,
-    simulated,
-)
+from workbench.hw.models import from_word, rounded, to_word
+from workbench.hw.simulated import SimulatedDps, SimulatedHanmatek, SimulatedKorad
 
 QUICK_S = 0.1  # so that silence costs a test little
 ONE_EACH = ("RD6006", "DPS5005", "HM305P", "KA3005P", "72-2540", "E36312A", "DP832", "HMC8043")
@@ -104,7 +101,7 @@ def test_every_current_step_survives_too(step: Decimal, highest: Decimal) -> Non
 def test_each_model_puts_the_asked_voltage_on_its_terminals(
     clock: SimulatedClock, model: Model
 ) -> None:
-    device = simulated(model.name, clock=clock, load=driving)
+    device = simulated_supply(model.name, clock=clock, load=driving)
     wire: list[str] = []
     with opened(device, clock, wire) as supply:
         prepare(supply, LIMITS, model=model.name)
@@ -134,7 +131,7 @@ def test_a_limit_event_is_a_safety_stop(clock: SimulatedClock, name: str) -> Non
         SimulatedFault.PANEL_OFF,
         SimulatedFault.POWER_CYCLE,
     ):
-        device = simulated(name, clock=clock, load=driving)
+        device = simulated_supply(name, clock=clock, load=driving)
         with opened(device, clock, []) as supply:
             prepare(supply, LIMITS, model=name)
             switch_on(supply, Decimal("4.5"))
@@ -146,7 +143,7 @@ def test_a_limit_event_is_a_safety_stop(clock: SimulatedClock, name: str) -> Non
 
 @each_family
 def test_a_hand_at_the_front_panel_ends_the_run(clock: SimulatedClock, name: str) -> None:
-    device = simulated(name, clock=clock, load=driving)
+    device = simulated_supply(name, clock=clock, load=driving)
     with opened(device, clock, []) as supply:
         prepare(supply, LIMITS, model=name)
         switch_on(supply, Decimal("3.5"))
@@ -162,7 +159,7 @@ def test_a_hand_at_the_front_panel_ends_the_run(clock: SimulatedClock, name: str
 def test_an_output_switched_on_by_hand_is_lowered_before_it_is_used(
     clock: SimulatedClock, name: str
 ) -> None:
-    device = simulated(name, clock=clock, load=driving)
+    device = simulated_supply(name, clock=clock, load=driving)
     device.fail(SimulatedFault.PANEL_VOLTAGE)
     device.fail(SimulatedFault.PANEL_ON)
     with opened(device, clock, []) as supply:
@@ -178,7 +175,7 @@ def test_an_output_switched_on_by_hand_is_lowered_before_it_is_used(
 def test_a_factor_of_ten_switches_off_at_once(
     clock: SimulatedClock, name: str, fault: SimulatedFault, words: str
 ) -> None:
-    device = simulated(name, clock=clock)
+    device = simulated_supply(name, clock=clock)
     with opened(device, clock, []) as supply:
         prepare(supply, LIMITS, model=name)
         device.fail(fault)
@@ -193,7 +190,7 @@ def test_a_factor_of_ten_switches_off_at_once(
 
 @each_family
 def test_a_factor_of_ten_while_it_runs_switches_off_too(clock: SimulatedClock, name: str) -> None:
-    device = simulated(name, clock=clock)
+    device = simulated_supply(name, clock=clock)
     with opened(device, clock, []) as supply:
         prepare(supply, LIMITS, model=name)
         switch_on(supply, Decimal("1.2"))
@@ -206,7 +203,7 @@ def test_a_factor_of_ten_while_it_runs_switches_off_too(clock: SimulatedClock, n
 
 @each_family
 def test_current_limiting_is_told_from_cv(clock: SimulatedClock, name: str) -> None:
-    device = simulated(name, clock=clock, load=lambda volts: volts / 2)
+    device = simulated_supply(name, clock=clock, load=lambda volts: volts / 2)
     with opened(device, clock, []) as supply:
         prepare(supply, LIMITS, model=name)
         words = r"current limiting \(CC\)|did not come on and stay on"  # some trip instead
@@ -217,7 +214,7 @@ def test_current_limiting_is_told_from_cv(clock: SimulatedClock, name: str) -> N
 
 @each_family
 def test_a_setting_that_is_not_applied_is_told(clock: SimulatedClock, name: str) -> None:
-    device = simulated(name, clock=clock)
+    device = simulated_supply(name, clock=clock)
     with opened(device, clock, []) as supply:
         prepare(supply, LIMITS, model=name)
         device.fail(SimulatedFault.IGNORED_WRITE)
@@ -231,7 +228,7 @@ def test_a_setting_that_is_not_applied_is_told(clock: SimulatedClock, name: str)
 def test_readings_that_stand_still_are_noticed_when_the_voltage_should_change(
     clock: SimulatedClock, name: str
 ) -> None:
-    device = simulated(name, clock=clock)
+    device = simulated_supply(name, clock=clock)
     with opened(device, clock, []) as supply:
         prepare(supply, LIMITS, model=name)
         switch_on(supply, Decimal(3))
@@ -244,7 +241,7 @@ def test_readings_that_stand_still_are_noticed_when_the_voltage_should_change(
 
 @each_family
 def test_off_that_its_terminals_belie_is_not_believed(clock: SimulatedClock, name: str) -> None:
-    device = simulated(name, clock=clock)
+    device = simulated_supply(name, clock=clock)
     with opened(device, clock, []) as supply:
         prepare(supply, LIMITS, model=name)
         switch_on(supply, Decimal(3))
@@ -270,7 +267,7 @@ WIRE = {
 def test_a_fault_on_the_wire_is_told_and_then_over(
     clock: SimulatedClock, name: str, fault: SimulatedFault
 ) -> None:
-    device = simulated(name, clock=clock)
+    device = simulated_supply(name, clock=clock)
     with opened(device, clock, [], QUICK_S) as supply:
         device.fail(fault, delay_s=1.7 * QUICK_S)
         with pytest.raises(HardwareError, match=WIRE[fault]):
@@ -295,7 +292,7 @@ def test_a_fault_on_the_wire_is_told_and_then_over(
 def test_one_bad_answer_never_changes_a_reading(
     clock: SimulatedClock, name: str, fault: SimulatedFault
 ) -> None:
-    device = simulated(name, clock=clock)
+    device = simulated_supply(name, clock=clock)
     with opened(device, clock, [], QUICK_S) as supply:
         for turn in range(1, 4):
             device.fail(SimulatedFault.PANEL_VOLTAGE)
@@ -308,7 +305,7 @@ def test_one_bad_answer_never_changes_a_reading(
 def test_a_pulled_cable_is_told_and_the_same_supply_is_switched_off_after(
     clock: SimulatedClock, name: str
 ) -> None:
-    device = simulated(name, clock=clock)
+    device = simulated_supply(name, clock=clock)
     with opened(device, clock, [], QUICK_S) as supply:
         prepare(supply, LIMITS, model=name)
         switch_on(supply, Decimal(3))
@@ -329,7 +326,11 @@ def test_a_pulled_cable_is_told_and_the_same_supply_is_switched_off_after(
         (lambda clock: SimulatedHanmatek(clock=clock), "dps", "exception 2|not known"),
         (lambda clock: SimulatedDps(clock=clock), "hanmatek", "class 0 and decimals|are not those"),
         (lambda clock: SimulatedKorad(clock=clock), "scpi", "'KORADKA3005PV2.0', which is no kno"),
-        (lambda clock: simulated("DP832", clock=clock), "korad", "no answer within"),  # no LF
+        (
+            lambda clock: simulated_supply("DP832", clock=clock),
+            "korad",
+            "no answer within",
+        ),  # no LF
     ],
 )
 def test_a_supply_of_another_family_is_refused_and_nothing_is_set(

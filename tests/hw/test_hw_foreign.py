@@ -27,6 +27,7 @@ from workbench.errors import HardwareError, SafetyStop
 from workbench.hw import (
     Connection,
     Limits,
+    ModbusModel,
     SimulatedClock,
     Supply,
     korad,
@@ -38,7 +39,6 @@ from workbench.hw import (
 )
 from workbench.hw.korad import KoradSupply
 from workbench.hw.line import Line
-from workbench.hw.models import ModbusModel
 
 LOW = Limits(Decimal("4.5"), Decimal("0.9"), Decimal("4.9"), Decimal("0.95"))
 QUICK_S = 0.1

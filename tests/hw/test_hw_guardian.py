@@ -19,11 +19,25 @@ import pytest
 from guardian_rig import QUICK_S, Device, DeviceProcess, events, off_after, standing, told
 
 from workbench.errors import HardwareError, InputError, SafetyStop
-from workbench.hw import Connection, Limits, check_scale, prepare, switch_on, watch
-from workbench.hw.guardian import GuardedSupply, LeaseClock, Records, open_guarded
+from workbench.hw import (
+    FAMILIES,
+    MODELS,
+    Connection,
+    Family,
+    LeaseClock,
+    Limits,
+    Records,
+    SimulatedFault,
+    check_scale,
+    open_guarded,
+    prepare,
+    serve,
+    simulated_supply,
+    switch_on,
+    watch,
+)
+from workbench.hw.guardian import GuardedSupply
 from workbench.hw.guardian.process import GuardianProcess, _accept
-from workbench.hw.models import FAMILIES, MODELS, Family
-from workbench.hw.simulated import SimulatedFault, serve, simulated
 from workbench.loopback import MessageLine
 
 pytestmark = pytest.mark.xdist_group("alone")  # leases and hangs are timed
@@ -238,7 +252,7 @@ def test_every_family_is_switched_off_when_its_client_hangs(
     family: Family, clock: LeaseClock
 ) -> None:
     model = next(row for row in MODELS if row.family == family)
-    device = simulated(model.name, clock=clock)
+    device = simulated_supply(model.name, clock=clock)
     limits = Limits(*map(Decimal, ("5", "1", "5.5", "1.2")))  # the smallest goes to 6 V
     with (
         serve(device, framing="tcp") as address,

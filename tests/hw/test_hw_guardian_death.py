@@ -18,10 +18,17 @@ import pytest
 from guardian_rig import OUTPUT, Device, DeviceProcess, off_after, standing, told, wait_for
 
 from workbench.errors import SafetyStop
-from workbench.hw import Limits, prepare, switch_on
-from workbench.hw.guardian import GuardedSupply, LeaseClock, Records, open_guarded
+from workbench.hw import (
+    LeaseClock,
+    Limits,
+    Records,
+    SimulatedFault,
+    open_guarded,
+    prepare,
+    switch_on,
+)
+from workbench.hw.guardian import GuardedSupply
 from workbench.hw.guardian.messages import Task
-from workbench.hw.simulated import SimulatedFault
 
 pytestmark = pytest.mark.xdist_group("alone")  # deaths are timed
 

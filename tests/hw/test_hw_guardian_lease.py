@@ -7,8 +7,7 @@ import time
 
 import pytest
 
-from workbench.hw import SimulatedClock
-from workbench.hw.guardian import LeaseClock
+from workbench.hw import LeaseClock, SimulatedClock
 from workbench.hw.guardian.lease import LEASE_S, RENEW_S, Lease
 
 

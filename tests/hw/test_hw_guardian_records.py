@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.hw import SystemClock
-from workbench.hw.guardian import NO_RECORDS
+from workbench.hw import NO_RECORDS, SystemClock
 from workbench.hw.guardian import records as under_test
 
 

@@ -7,12 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.errors import HardwareError, InputError
-from workbench.hw import MODELS, Model, model_named
+from workbench.hw import MODELS, ModbusModel, Model, model_named
 from workbench.hw.models import (
     DPS_REGISTERS,
     HANMATEK_REGISTERS,
     RIDEN_REGISTERS,
-    ModbusModel,
     from_word,
     model_with_id,
     to_word,

@@ -29,17 +29,12 @@ from workbench.hw import (
     SystemClock,
     open_supply,
     prepare,
+    serve,
+    serve_terminal,
     switch_on,
     watch,
 )
-from workbench.hw.simulated import (
-    SimulatedDps,
-    SimulatedHanmatek,
-    SimulatedKorad,
-    SimulatedRiden,
-    serve,
-    serve_terminal,
-)
+from workbench.hw.simulated import SimulatedDps, SimulatedHanmatek, SimulatedKorad, SimulatedRiden
 
 HERE = Path(__file__).parent
 LOW = Limits(Decimal("5.5"), Decimal(1), Decimal(6), Decimal("1.2"))

@@ -18,13 +18,15 @@ from workbench.hw import (
     Model,
     Reading,
     SimulatedClock,
+    SimulatedFault,
     Supply,
     open_supply,
+    serve,
     switch_on,
     watch,
 )
 from workbench.hw.models.riden import RIDEN
-from workbench.hw.simulated import SimulatedFault, SimulatedRiden, serve
+from workbench.hw.simulated import SimulatedRiden
 
 WHO = "01 03 00 00 00 04 44 09"
 RD6006 = "01 03 08 ea 9d 00 bc 61 4e 00 8d b9 7c"

@@ -16,14 +16,16 @@ from workbench.hw import (
     Limits,
     Reading,
     SimulatedClock,
+    SimulatedFault,
     Supply,
     check_scale,
     open_supply,
     prepare,
+    serve,
     switch_on,
     watch,
 )
-from workbench.hw.simulated import SimulatedFault, SimulatedRiden, serve
+from workbench.hw.simulated import SimulatedRiden
 from workbench.hw.transport import Transport
 
 

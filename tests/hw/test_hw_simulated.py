@@ -7,8 +7,8 @@ import threading
 import pytest
 
 from workbench.errors import HardwareError, InputError
-from workbench.hw import Connection, SimulatedClock, Supply
-from workbench.hw.simulated import SimulatedFault, SimulatedRiden, serve
+from workbench.hw import Connection, SimulatedClock, SimulatedFault, Supply, serve
+from workbench.hw.simulated import SimulatedRiden
 from workbench.hw.simulated.faults import RequestError
 
 

@@ -12,9 +12,9 @@ import pytest
 from hw_stub import PAUSE_S, QUICK_S, Play
 
 from workbench.errors import HardwareError, InputError, SafetyStop
-from workbench.hw import Connection, SimulatedClock
+from workbench.hw import Connection, SimulatedClock, SimulatedFault, serve
 from workbench.hw.models import RIDEN_REGISTERS
-from workbench.hw.simulated import SimulatedFault, SimulatedRiden, serve
+from workbench.hw.simulated import SimulatedRiden
 from workbench.hw.transport import Transport
 
 ONE = "01 03 00 08 00 01 05 c8"  # read register 8

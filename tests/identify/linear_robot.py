@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.identify import MeasuredRun
+from workbench.fit import MeasuredRun
 from workbench.motion import ROTOR_ANGLE, TOP
 from workbench.timeseries import TimeSeries
 

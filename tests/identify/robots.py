@@ -10,7 +10,7 @@ from tests.commanding import commanded_speed
 from workbench.fit import MeasuredRun
 from workbench.modes import Role
 from workbench.motion import FOOT, ROTOR_ANGLE, TOP
-from workbench.protocol import ModelFile, ShapeFile, load_model, load_shape
+from workbench.schemas import ModelFile, ShapeFile, load_model, load_shape
 from workbench.sim import Condition, make_robot, sample_times, simulate
 from workbench.timeseries import TimeSeries
 

@@ -13,7 +13,7 @@ from tests.identify.robots import MODEL, SHAPE, changed, driven, dropped, releas
 from workbench.errors import InputError
 from workbench.identify import Identification, identify, write_model
 from workbench.identify.identification import FINER, _estimates, informative_runs
-from workbench.protocol import ModelFile, load, load_model
+from workbench.schemas import ModelFile, load, load_model
 from workbench.timeseries import TimeSeries
 
 STIFF = ("hinge_stiffness", "root_stiffness")

@@ -9,13 +9,13 @@ import pytest
 from linear_robot import BOUNCE, RATE, REST, SWAY, answer, driven, path, released
 from numpy.typing import NDArray
 
-from workbench.clamped import ORDERS
 from workbench.errors import InputError
-from workbench.identify import MeasuredRun, resonances
+from workbench.fit import MeasuredRun
+from workbench.identify import SweepPoint, resonances
 from workbench.identify.resonance import find_jumps, find_peaks
 from workbench.identify.spectrum import spectrum
-from workbench.identify.sweep import SweepPoint, plateaus, read_sweep
-from workbench.motion import ROTOR_ANGLE, TOP
+from workbench.identify.sweep import plateaus, read_sweep
+from workbench.motion import ORDERS, ROTOR_ANGLE, TOP
 from workbench.timeseries import TimeSeries
 
 SPEEDS = (6.0, 7.5, 9.0, 9.6, 10.5, 12.0, 14.0, 16.0, 17.3, 18.6, 20.0)

@@ -9,7 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.identify import MeasuredRun, shaft_speed
+from workbench.fit import MeasuredRun
+from workbench.identify import shaft_speed
 from workbench.motion import FOOT, PITCH, ROTOR_ANGLE, TOP
 from workbench.timeseries import TimeSeries
 from workbench.tracking import mean_speed

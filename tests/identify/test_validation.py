@@ -9,8 +9,8 @@ import pytest
 
 from tests.identify.robots import MODEL, NOISE_M, SHAPE, changed, driven, dropped
 from workbench.errors import InputError
-from workbench.identify import validate
-from workbench.identify.validation import NOT_VALIDATED, PointError
+from workbench.identify import PointError, validate
+from workbench.identify.validation import NOT_VALIDATED
 
 TRUE = {"hinge_stiffness": 9.2, "friction_slide": 0.3, "ground_damping": 11.0}
 

@@ -18,10 +18,10 @@ from tests.streaming import filmed, lab, slipped, task
 from tests.tracking.natnet_stub import StubServer, packets, recording
 from workbench.bundle import Bundle, verify
 from workbench.errors import WorkbenchError
-from workbench.hw import SystemClock
-from workbench.hw.simulated import SimulatedRiden, serve
+from workbench.hw import SystemClock, serve
+from workbench.hw.simulated import SimulatedRiden
 from workbench.live import LiveState, LiveTwin
-from workbench.protocol import StopWhen
+from workbench.schemas import StopWhen
 from workbench.tracking import Recorder, Stream, Take, read_take
 
 pytestmark = [

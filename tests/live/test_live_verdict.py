@@ -7,7 +7,7 @@ import math
 import pytest
 
 from workbench.live.verdict import LimitMonitor, Stop
-from workbench.protocol import StopWhen
+from workbench.schemas import StopWhen
 
 LIMIT = StopWhen(0.005, 0.2)
 

@@ -22,7 +22,7 @@ from tests.hw.guardian_rig import Device, off_after
 from tests.killing import PROTOCOL, Client
 from tests.panel.chromium import Browser, Page
 from workbench.bundle import Bundle
-from workbench.hw.simulated import SimulatedFault
+from workbench.hw import SimulatedFault
 from workbench.loopback import HERE
 from workbench.panel import Panel, Starter, Watcher
 

@@ -15,12 +15,12 @@ import pytest
 
 from tests.conftest import Command
 from tests.panel.conftest import PRACTICE
-from workbench.bundle import events
-from workbench.bundle.sentences import sentence
-from workbench.control import claim
+from workbench.bundle import events, sentence
 from workbench.loopback import HERE
-from workbench.operator_name import START, VARIABLE, started
 from workbench.panel import Panel, Protocols, Starter
+from workbench.run import START, VARIABLE
+from workbench.run.control import claim
+from workbench.run.started_by import started
 
 HOP = """\
 schema: workbench/protocol-1

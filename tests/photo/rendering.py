@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RectBivariateSpline
 
-from workbench.photo.board import BOARDS, Board
-from workbench.protocol import ShapeFile
+from workbench.photo import BOARDS, Board
+from workbench.schemas import ShapeFile
 
 __all__ = ["TARGET", "Optics", "Scene", "board_texture", "random_scene", "render", "thesis_angles"]
 

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.protocol import load_shape
+from workbench.schemas import load_shape
 from workbench.shape import Arcs, crossing, curve, equal_length_arcs
 
 THICKNESS = 0.002

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from workbench.protocol import load_model, load_shape
+from workbench.schemas import load_model, load_shape
 from workbench.shape import bend_radii, curve
 from workbench.sim import compile_model, make_robot
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.protocol import load_shape
+from workbench.schemas import load_shape
 from workbench.shape import clearance, curve, metrics
 
 LENGTH = 0.6

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.protocol import load_model, load_shape
+from workbench.schemas import load_model, load_shape
 from workbench.sim import Robot, make_robot
 
 

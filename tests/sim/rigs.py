@@ -9,9 +9,18 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.sim import Condition, Robot, applied, install_force_laws, settle, simulate, unloaded
+from workbench.sim import (
+    Condition,
+    Robot,
+    Stick,
+    applied,
+    install_force_laws,
+    settle,
+    simulate,
+    unloaded,
+)
 from workbench.sim.beam_laws import Law, add_law
-from workbench.sim.ground import Stick, add_ground
+from workbench.sim.ground import add_ground
 
 MASS = 0.2574  # [kg] of the thesis' robot
 G = 9.81

@@ -20,12 +20,12 @@ from workbench.sim import (
     SAMPLE_RATE_HZ,
     Condition,
     Effect,
+    Group,
     Quantity,
     Robot,
     simulate,
     simulate_all,
 )
-from workbench.sim.effects import Group
 
 NAMES: dict[Group, str] = {
     "structure": "hinge_stiffness root_stiffness hinge_cubic_stiffness root_play "

@@ -10,8 +10,18 @@ import pytest
 from scipy.linalg import eigh
 
 from tests.sim.rigs import DOWN, MASS, G, bends, resting, with_effect
-from workbench.sim import Condition, Robot, applied, compile_model, linear_modes, settle, simulate
-from workbench.sim.statics import displace, moving_dofs, static_stiffness
+from workbench.sim import (
+    Condition,
+    Robot,
+    applied,
+    compile_model,
+    linear_modes,
+    moving_dofs,
+    settle,
+    simulate,
+    static_stiffness,
+)
+from workbench.sim.statics import displace
 
 STANDING = Condition("hop", np.zeros(2))
 

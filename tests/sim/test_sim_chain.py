@@ -11,10 +11,20 @@ import pytest
 from mujoco.batch import Batch
 
 from tests.sim.rigs import with_effect
-from workbench.sim import EFFECTS, Condition, Robot, Simulation, Stepper, applied, simulate
+from workbench.sim import (
+    EFFECTS,
+    Condition,
+    Robot,
+    Simulation,
+    Stepper,
+    applied,
+    at_rest,
+    moving_dofs,
+    simulate,
+    static_stiffness,
+)
 from workbench.sim.chain import read_chain
-from workbench.sim.simulate import at_rest
-from workbench.sim.statics import RotorKeeps, moving_dofs, static_stiffness
+from workbench.sim.statics import RotorKeeps
 
 SAMPLES = 90
 CONDITIONS = {

@@ -9,10 +9,19 @@ import numpy as np
 import pytest
 
 from workbench.errors import InputError
-from workbench.protocol import load_model, load_shape
-from workbench.sim import LIMITS, Condition, Robot, make_robot, settle, simulate
-from workbench.sim.checks import highest_mode, require_stable, require_valid
-from workbench.sim.drive import Drive
+from workbench.schemas import load_model, load_shape
+from workbench.sim import (
+    LIMITS,
+    Condition,
+    Drive,
+    Robot,
+    highest_mode,
+    make_robot,
+    require_stable,
+    settle,
+    simulate,
+)
+from workbench.sim.checks import require_valid
 
 
 def changed(robot: Robot, **values: float) -> Robot:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from workbench.motion import TOP, position, summarize
-from workbench.protocol import Mode
+from workbench.schemas import Mode
 from workbench.sim import Condition, Robot, Stick, sample_times, simulate_all
 
 STIFFNESS, DAMPING = Stick()

@@ -10,9 +10,18 @@ import numpy as np
 import pytest
 
 from workbench.motion import PITCH, ROTOR_ANGLE
-from workbench.sim import MOTOR, Condition, Robot, Simulation, motor, sample_times, simulate
-from workbench.sim.drive import DRIVES, Drive, add_drive
-from workbench.sim.motor import Motor
+from workbench.sim import (
+    MOTOR,
+    Condition,
+    Drive,
+    Motor,
+    Robot,
+    Simulation,
+    motor,
+    sample_times,
+    simulate,
+)
+from workbench.sim.drive import DRIVES, add_drive
 
 ROTOR_INERTIA = 0.0334 * 0.035**2 + 0.008 * 0.035**2 / 3  # about the shaft [kg m^2]
 

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from workbench.errors import InputError
-from workbench.sim import Robot, compile_model
-from workbench.sim.robot import hinge_name
+from workbench.sim import Robot, compile_model, hinge_name
 
 
 def posed(robot: Robot, foot: str = "free") -> tuple[mujoco.MjModel, mujoco.MjData]:

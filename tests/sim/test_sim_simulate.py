@@ -15,7 +15,7 @@ from workbench.motion import (
     position,
     summarize,
 )
-from workbench.protocol import Mode
+from workbench.schemas import Mode
 from workbench.sim import Condition, Robot, Simulation, gait, sample_times, simulate, simulate_all
 
 REST = 0.6

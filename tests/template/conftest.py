@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.protocol import Document, ShapeFile, load_shape, parse
+from workbench.schemas import Document, ShapeFile, load_shape, parse
 from workbench.template import (
     Compensation,
     Strip,

@@ -9,7 +9,7 @@ import pypdf
 import pytest
 
 from tests.template.conftest import DAY, MakeSheet
-from workbench.protocol import Document, ShapeFile
+from workbench.schemas import Document, ShapeFile
 from workbench.template import Compensation, make_sheet, make_strip, paper_named, pdf_pages
 
 POINT_MM = 25.4 / 72

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from workbench.errors import InputError
-from workbench.protocol import Document, ShapeFile, load_model
+from workbench.schemas import Document, ShapeFile, load_model
 from workbench.sim import make_robot, settle
 from workbench.template import free_angles, make_strip
 

@@ -9,7 +9,7 @@ import pytest
 
 from tests.template.conftest import DAY, MakeSheet
 from workbench.errors import InputError
-from workbench.protocol import Document, ShapeFile
+from workbench.schemas import Document, ShapeFile
 from workbench.template import make_sheet, make_strip, paper_named
 from workbench.template.drawing import Placement, draw_strip
 from workbench.template.paper import OVERLAP_MM

@@ -9,8 +9,7 @@ import pytest
 
 from workbench.motion import FOOT, ROTOR, TOP
 from workbench.timeseries import TimeSeries
-from workbench.tracking import Axes
-from workbench.tracking.floor import Floor
+from workbench.tracking import Axes, Floor
 from workbench.tracking.plausibility import fall, implausible
 
 RATE = 120.0

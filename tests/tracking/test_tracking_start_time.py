@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.tracking import read_take
-from workbench.tracking.start_time import format_start_time, parse_start_time
+from workbench.tracking import format_start_time, read_take
+from workbench.tracking.start_time import parse_start_time
 
 
 @pytest.mark.parametrize(

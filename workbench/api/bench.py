@@ -39,10 +39,7 @@ def run_protocol(
     Example:
         >>> (run,) = wb.run_protocol("protocols/hop-17.yaml", progress=print)
     """
-    from workbench.bench import load_bench, make_bench
-    from workbench.engine import carry_out
-    from workbench.experiment import read_experiment
-    from workbench.operators import QuietOperator
+    from workbench.run import QuietOperator, carry_out, load_bench, make_bench, read_experiment
 
     lab = load_bench(str(bench))
     if lab.content.virtual is None:
@@ -73,7 +70,7 @@ def ingest_sheet(
     Example:
         >>> wb.ingest_sheet("april/sheet.yaml").table().to_pandas()
     """
-    from workbench.ingest import ingest_sheet as ingest
-    from workbench.protocol import Sheet, load
+    from workbench.run import ingest_sheet as ingest
+    from workbench.schemas import Sheet, load
 
     return Runs(map(Run, ingest(load(Path(sheet), Sheet), Path(folder), progress)))

@@ -9,17 +9,16 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from workbench.bundle import Asked, Bundle, Series, run_named, runs_named
-from workbench.bundle.sentences import condition_words
+from workbench.bundle import Asked, Bundle, Series, condition_words, run_named, runs_named
 from workbench.quantities import QUANTITIES, numbers_in_words
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
     from workbench.diagnose import Diagnosed
-    from workbench.fit.replay import Replay
-    from workbench.identify import Fitted
+    from workbench.fit import Replay
     from workbench.progress import Progress
+    from workbench.report import Fitted
     from workbench.timeseries import TimeSeries
     from workbench.tracking import Take
 
@@ -145,9 +144,8 @@ class Run:
         Example:
             >>> run.twin().rms_mm, run.twin(parameters={"hinge_stiffness": 9.31}).rms_mm
         """
-        from workbench.fit import measured_run, paced
-        from workbench.fit.replay import compared, replayed
-        from workbench.protocol import ModelFile, ShapeFile, load, load_model
+        from workbench.fit import compared, measured_run, paced, replayed
+        from workbench.schemas import ModelFile, ShapeFile, load, load_model
         from workbench.twin import robot_of
 
         run, own = compared(paced(measured_run(self.bundle))), self.bundle.document("model")
@@ -217,7 +215,8 @@ class Runs(tuple[Run, ...]):
         Example:
             >>> wb.open_runs("runs/april").fit(["hinge_stiffness", "hinge_damping"])
         """
-        from workbench.identify import BEAM, fit_runs
+        from workbench.identify import BEAM
+        from workbench.report import fit_runs
 
         target = None if out is None else Path(out)
         names = (parameters,) if isinstance(parameters, str) else tuple(parameters)
@@ -249,7 +248,8 @@ class Runs(tuple[Run, ...]):
         Example:
             >>> wb.open_runs("runs/april").diagnose("diagnoses/april", progress=print)
         """
-        from workbench.diagnose import diagnose_into, robot_of
+        from workbench.diagnose import robot_of
+        from workbench.report import diagnose_into
 
         bundles = [run.bundle for run in self]
         target = None if out is None else Path(out)

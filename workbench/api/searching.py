@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from workbench.design import Searched
     from workbench.progress import Progress
+    from workbench.report import Searched
 
 __all__ = ["optimize_shape"]
 
@@ -58,8 +58,9 @@ def optimize_shape(
         >>> better = wb.optimize_shape(omega=17, evaluations=96, duration=4)
         >>> wb.simulate(17, shape=better.shape).summary["distance_m"]
     """
-    from workbench.design import Settings, Study, finish_search, search_folder
-    from workbench.protocol import load_model, load_shape
+    from workbench.design import Settings, Study
+    from workbench.report import finish_search, search_folder
+    from workbench.schemas import load_model, load_shape
     from workbench.sim import Fanout
 
     goals = (goal,) if isinstance(goal, str) else tuple(goal)

@@ -17,7 +17,7 @@ from workbench.quantities import numbers_in_words
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from workbench.design.distance_draws import DistanceDraws
+    from workbench.design import DistanceDraws
     from workbench.sim import Condition, Robot, Simulation
     from workbench.timeseries import TimeSeries
 
@@ -62,9 +62,7 @@ class Simulated:
     @cached_property
     def summary(self) -> dict[str, float]:
         """What the robot did; units are in the names: `distance_m`, `hop_height_m`, `hops`, ..."""
-        from workbench.clamped import summarize_clamped
-        from workbench.motion import summarize
-        from workbench.ringdown import summarize_release
+        from workbench.motion import summarize, summarize_clamped, summarize_release
         from workbench.sim import gait
 
         mode, motion = self.condition.mode, self.series
@@ -83,7 +81,7 @@ class Simulated:
         Raises:
             InputError: when this is no hop, or less than two draws are asked for.
         """
-        from workbench.design.distance_draws import draw_distances
+        from workbench.design import draw_distances
 
         if self.condition.mode != "hop" or draws < 2:
             raise InputError(
@@ -140,8 +138,8 @@ def simulate(
     """
     import numpy as np
 
-    from workbench.design.distance_draws import VARIED
-    from workbench.protocol import load_model, load_shape
+    from workbench.design import VARIED
+    from workbench.schemas import load_model, load_shape
     from workbench.sim import Condition, sample_times
     from workbench.sim import simulate as simulate_robot
     from workbench.twin import robot_of

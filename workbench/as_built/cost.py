@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from workbench.errors import InputError
 from workbench.motion import summarize
 from workbench.photo import AsBent
-from workbench.protocol import ModelFile, ShapeFile
+from workbench.schemas import ModelFile, ShapeFile
 from workbench.sim import LIMITS, Condition, Robot, Simulation, make_robot, sample_times
 from workbench.sim import simulate_all as simulate_robots
 

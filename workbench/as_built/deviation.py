@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.photo import AsBent
-from workbench.protocol import ShapeFile
+from workbench.schemas import ShapeFile
 from workbench.shape import Arcs, equal_length_arcs
 
 __all__ = ["Deviation", "deviation_of"]

@@ -10,8 +10,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from workbench.errors import InputError
 from workbench.photo import AsBent
-from workbench.protocol import ShapeFile
-from workbench.protocol.files import Document, parse
+from workbench.schemas import Document, ShapeFile, parse
 
 __all__ = ["write_as_bent"]
 

@@ -69,6 +69,7 @@ from workbench.bundle.named import run_named, runs_named, runs_of
 from workbench.bundle.record import Record, WireMessage
 from workbench.bundle.remarks import Kind, Remark, Remarks, Verdict, add_remark, read_remarks
 from workbench.bundle.sealing import sha256
+from workbench.bundle.sentences import condition_words, sentence
 from workbench.bundle.series import Series, SeriesFiles, read_series, write_series
 from workbench.bundle.stamp import Stamp, stamping
 
@@ -113,6 +114,7 @@ __all__ = [
     "WireMessage",
     "add_remark",
     "bundle_names",
+    "condition_words",
     "contents",
     "events",
     "foreign",
@@ -124,6 +126,7 @@ __all__ = [
     "run_named",
     "runs_named",
     "runs_of",
+    "sentence",
     "sha256",
     "stamping",
     "unportable",

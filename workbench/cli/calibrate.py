@@ -13,7 +13,6 @@ from workbench.cli.plain_output import JsonFlag, RunArguments, RunsFolder, emit
 from workbench.identify import (
     SpeedCalibration,
     SpeedPoint,
-    figure_5_3,
     last_day,
     new_target,
     on_their_bench,
@@ -23,6 +22,7 @@ from workbench.identify import (
     write_new,
 )
 from workbench.identify import calibrate as calibrate_runs
+from workbench.report import figure_5_3
 
 __all__ = ["calibrate"]
 

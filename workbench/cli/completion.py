@@ -40,7 +40,7 @@ def shape_names(incomplete: str) -> list[str]:
 
 
 def _names(incomplete: str, kind: str) -> list[str]:
-    from workbench.protocol import builtin_names  # only where one is typed
+    from workbench.schemas import builtin_names  # only where one is typed
 
     return _beginning(incomplete, [*builtin_names(kind), *_files(incomplete, kind, Path())])
 

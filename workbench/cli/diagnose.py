@@ -8,25 +8,16 @@ from typing import Annotated
 
 import typer
 
-from workbench import review as views
+from workbench import report as views
 from workbench.bundle import Bundle, runs_named
 from workbench.cli.console import progress, stderr
 from workbench.cli.diagnosis_output import show_diagnosis, show_next
 from workbench.cli.plain_output import RUNS_ARGUMENT, JsonFlag, RunsFolder, emit
 from workbench.cli.views import picture_of
-from workbench.comparison_set import ComparisonSet, compare_extended
-from workbench.diagnose import (
-    Diagnosis,
-    Rig,
-    diagnose_into,
-    load_mechanism,
-    refused,
-    replay_of,
-    robot_of,
-)
+from workbench.diagnose import Diagnosis, Rig, load_mechanism, refused, robot_of
 from workbench.errors import DataFault, InputError
-from workbench.load_run import load_any
-from workbench.protocol import load_model
+from workbench.report import ComparisonSet, compare_extended, diagnose_into, load_any, replay_of
+from workbench.schemas import load_model
 
 __all__ = ["diagnose"]
 

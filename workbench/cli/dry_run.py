@@ -11,8 +11,8 @@ from typing import Any
 from workbench.bundle import Judgement
 from workbench.cli.console import progress, show_table
 from workbench.cli.plain_output import emit, width
-from workbench.experiment import Experiment
-from workbench.protocol import (
+from workbench.run import Course, Experiment, Rehearsed, rehearse
+from workbench.schemas import (
     Calibration,
     CalibrationFile,
     Plan,
@@ -22,8 +22,6 @@ from workbench.protocol import (
     PlannedRelease,
     PlannedRun,
 )
-from workbench.rehearsal import Rehearsed, rehearse
-from workbench.resume import Course
 
 __all__ = ["show_dry_run"]
 

@@ -11,7 +11,8 @@ import typer
 from workbench.bundle import Bundle, runs_named
 from workbench.cli.console import progress, show_table, stderr
 from workbench.cli.plain_output import JsonFlag, RunArguments, RunsFolder, emit
-from workbench.identify import BEAM, Identification, fit_runs
+from workbench.identify import BEAM, Identification
+from workbench.report import fit_runs
 
 __all__ = ["identify"]
 

@@ -105,7 +105,7 @@ def _missing_shares(report: dict[str, Any]) -> str:
 
 
 def _add(source: Path, bundle: Bundle, insist: bool, as_json: bool) -> None:
-    from workbench.ingest import add_take
+    from workbench.run import add_take
 
     add_take(source, bundle, progress, insist)
     undrawn = draw_views(bundle, progress)
@@ -117,8 +117,8 @@ def _add(source: Path, bundle: Bundle, insist: bool, as_json: bool) -> None:
 
 
 def _ingest_sheet(source: Path, runs: Path, as_json: bool) -> None:
-    from workbench.ingest import ingest_sheet
-    from workbench.protocol import Sheet, load
+    from workbench.run import ingest_sheet
+    from workbench.schemas import Sheet, load
 
     done: list[Bundle] = []
     undrawn: list[str] = []

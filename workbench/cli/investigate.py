@@ -8,17 +8,17 @@ from typing import Annotated, Any
 
 import typer
 
-from workbench.bench import load_bench, make_bench
 from workbench.bundle import Bundle
 from workbench.cli.completion import bench_names, protocol_files
 from workbench.cli.console import progress, stderr
 from workbench.cli.diagnosis_output import show_diagnosis, show_next
 from workbench.cli.plain_output import JsonFlag, emit
 from workbench.cli.terminal import carry_out_at_terminal
-from workbench.closed_loop import BenchJob, ClosedLoop
-from workbench.diagnose import Following, Round, next_object
+from workbench.diagnose import BenchJob, ClosedLoop, Following, Round, next_object
 from workbench.errors import InputError
-from workbench.protocol import Protocol, load, parse_quantity
+from workbench.report import diagnose_into
+from workbench.run import load_bench, make_bench
+from workbench.schemas import Protocol, load, parse_quantity
 
 __all__ = ["investigate"]
 
@@ -49,7 +49,13 @@ def investigate(
     lab = load_bench(bench)
     folder = out or Path("investigations") / protocol.stem
     loop = ClosedLoop(
-        lab, make_bench(lab.content), folder, carry_out_at_terminal, _show_run, progress
+        lab,
+        make_bench(lab.content),
+        folder,
+        carry_out_at_terminal,
+        diagnose_into,
+        _show_run,
+        progress,
     )
     rounds = []
     for found in loop.rounds(load(protocol, Protocol), minutes):

@@ -15,7 +15,7 @@ from workbench.cli.completion import model_names, shape_names
 from workbench.cli.console import progress, show_table
 from workbench.cli.number_option import number
 from workbench.cli.plain_output import JsonFlag, emit
-from workbench.protocol import load_model, load_shape
+from workbench.schemas import load_model, load_shape
 from workbench.sim import (
     DrivenPeak,
     DrivenResponse,

@@ -35,7 +35,7 @@ def _value(text: str | float, dimension: str, unit: str) -> float:
     try:
         return float(text)
     except ValueError:
-        from workbench.protocol import DIMENSIONS, parse_quantity  # only where a unit is typed
+        from workbench.schemas import DIMENSIONS, parse_quantity  # only where a unit is typed
 
     try:
         return parse_quantity(text, dimension, typed=True)[0] / DIMENSIONS[dimension][unit]

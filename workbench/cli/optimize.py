@@ -14,21 +14,11 @@ import typer
 from workbench.cli.console import progress, show_table, stderr
 from workbench.cli.number_option import number
 from workbench.cli.plain_output import JsonFlag, SchedulerOption, SearchesFolder, emit
-from workbench.design import (
-    ALGORITHMS,
-    BOUNDS,
-    GOALS,
-    LEAST_RADIUS_M,
-    MUTATIONS,
-    Searched,
-    Settings,
-    Study,
-    finish_search,
-    search_folder,
-)
+from workbench.design import ALGORITHMS, BOUNDS, GOALS, LEAST_RADIUS_M, MUTATIONS, Settings, Study
 from workbench.errors import InputError, WorkbenchError
-from workbench.protocol import load_model, load_shape
 from workbench.quantities import unit_of
+from workbench.report import Searched, finish_search, search_folder
+from workbench.schemas import load_model, load_shape
 from workbench.sim import Fanout
 
 __all__ = ["optimize"]

@@ -12,8 +12,10 @@ from workbench.bundle import Bundle, runs_named
 from workbench.cli.console import progress, show_table, stderr
 from workbench.cli.plain_output import JsonFlag, RunArguments, RunsFolder, emit
 from workbench.errors import InputError
-from workbench.identify import ModeDamping, Resonances, damping, measured_runs, write_resonances
+from workbench.fit import measured_runs
+from workbench.identify import ModeDamping, Resonances, damping
 from workbench.identify import resonances as find_resonances
+from workbench.report import write_resonances
 
 __all__ = ["resonances"]
 

@@ -8,17 +8,22 @@ from typing import Annotated
 
 import typer
 
-from workbench import review as views
+from workbench import report as views
 from workbench.bundle import Bundle, runs_named
 from workbench.cli.console import progress, show_table, stderr
 from workbench.cli.plain_output import RunArguments, RunsFolder
 from workbench.cli.views import picture_of
-from workbench.comparison_set import ComparisonSet, compare_extended
-from workbench.diagnose import extended_model_of, kept_replay
-from workbench.load_run import load_any
-from workbench.protocol import Document, ModelFile, load_model
-from workbench.review import Comparison, ValidationReplay
-from workbench.review.headline import validation_rows
+from workbench.diagnose import extended_model_of
+from workbench.report import (
+    Comparison,
+    ComparisonSet,
+    ValidationReplay,
+    compare_extended,
+    kept_replay,
+    load_any,
+    validation_rows,
+)
+from workbench.schemas import Document, ModelFile, load_model
 
 __all__ = ["review"]
 
@@ -112,7 +117,7 @@ def _validation(bundle: Bundle, model: Document[ModelFile]) -> ValidationReplay 
 
 
 def _film(run: Comparison, video: Path | None, frames: Path | None, slow: float) -> None:
-    from workbench.film import Film, write_frames, write_video
+    from workbench.report import Film, write_frames, write_video
 
     how = Film(slow=slow)
     if video is not None or frames is not None:

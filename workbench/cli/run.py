@@ -17,8 +17,8 @@ from workbench.errors import InputError
 from workbench.quantities import QUANTITIES, leading
 
 if TYPE_CHECKING:
-    from workbench.bench import Bench
     from workbench.bundle import Bundle, Judgement
+    from workbench.run import Bench
 
 __all__ = ["run"]
 
@@ -76,10 +76,13 @@ def run(
 
     Example: workbench run protocols/clamped-sweep.yaml --dry-run
     """
-    from workbench.bench import load_bench, make_bench  # none of these for --help
-    from workbench.experiment import read_experiment
-    from workbench.resume import foresee
-    from workbench.resume import resume as go_on
+    from workbench.run import (  # none of these for --help
+        foresee,
+        load_bench,
+        make_bench,
+        read_experiment,
+    )
+    from workbench.run import resume as go_on
 
     lab = load_bench(bench)
     device = make_bench(lab.content)
@@ -146,7 +149,7 @@ def _watching(bench: Bench, wanted: bool) -> Iterator[None]:
             f"--watch needs cameras that stream, and bench {bench.file.name!r} has no "
             "`tracking: live:`; name the stream there, or leave --watch out"
         )
-    from workbench.review import LiveViewer
+    from workbench.report import LiveViewer
 
     with LiveViewer() as viewer:
         bench.viewer = viewer.port

@@ -6,7 +6,7 @@ from itertools import groupby
 from pathlib import Path
 
 from workbench.bundle import Bundle, run_named
-from workbench.catalogue.differences import ABSENT, Difference, differences
+from workbench.catalogue import ABSENT, Difference, differences
 from workbench.cli.plain_output import (
     JsonFlag,
     RunArgument,

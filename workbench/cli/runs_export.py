@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from workbench.bundle import runs_named
-from workbench.catalogue.export import export
+from workbench.catalogue import export
 from workbench.cli.plain_output import JsonFlag, RunArguments, RunsFolder, emit, print_to_stderr
 
 __all__ = ["export_runs"]

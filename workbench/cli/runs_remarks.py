@@ -11,7 +11,7 @@ import typer
 from workbench.bundle import Kind, add_remark, read_remarks, run_named
 from workbench.cli.plain_output import RunArgument, RunsFolder, print_to_stderr
 from workbench.errors import InputError
-from workbench.operator_name import VARIABLE, operator_name
+from workbench.run import VARIABLE, operator_name
 
 __all__ = ["bad", "good", "note", "tag"]
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from workbench.errors import InputError, did_you_mean
-from workbench.protocol import SCHEMAS
+from workbench.schemas import SCHEMAS
 
 __all__ = ["schema", "schema_text"]
 

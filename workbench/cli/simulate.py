@@ -8,12 +8,12 @@ from typing import Annotated, Any, cast, get_args
 
 import typer
 
-from workbench.api.simulation import simulate as simulate_one
+from workbench.api import simulate as simulate_one
 from workbench.cli.completion import model_names, shape_names
 from workbench.cli.console import progress, show_table, summary_rows
 from workbench.cli.number_option import number
 from workbench.cli.plain_output import JsonFlag, emit
-from workbench.design.distance_draws import DRAWS
+from workbench.design import DRAWS
 from workbench.modes import Mode
 
 __all__ = ["simulate"]

@@ -12,18 +12,39 @@ from typing import Annotated
 import typer
 from serial.tools.list_ports import comports
 
-from workbench.bench import RealBench, load_bench, make_bench
-from workbench.by_hand import acknowledged, drive, opened, switch_off, who_is_at
 from workbench.cli.completion import bench_names
 from workbench.cli.console import fact_rows, progress, show_table, stderr
 from workbench.cli.plain_output import JsonFlag, emit
 from workbench.errors import HardwareError, InputError, SafetyStop
-from workbench.hw import MODELS, Model, SystemClock, model_named
-from workbench.hw.models import FAMILIES, Family, ModbusModel, ScpiModel
-from workbench.hw.simulated import SimulatedSupply, draw_current, serve, serve_terminal, simulated
-from workbench.hw.simulated.control import delayed_fault, obey
+from workbench.hw import (
+    FAMILIES,
+    MODELS,
+    Family,
+    ModbusModel,
+    Model,
+    ScpiModel,
+    SimulatedSupply,
+    SystemClock,
+    delayed_fault,
+    draw_current,
+    model_named,
+    obey,
+    serve,
+    serve_terminal,
+    simulated_supply,
+)
 from workbench.output import BY_HAND, MAY_BE_ON
-from workbench.protocol.quantity import parse_quantity
+from workbench.run import (
+    RealBench,
+    acknowledged,
+    drive,
+    load_bench,
+    make_bench,
+    opened,
+    switch_off,
+    who_is_at,
+)
+from workbench.schemas import parse_quantity
 from workbench.signals import Signals
 
 __all__ = ["supply"]
@@ -224,7 +245,7 @@ def simulate(
     if not host or not port.isdecimal():
         raise InputError(f"--tcp {tcp!r} is not host:port; write for example {_SERVED_AT}")
     clock = SystemClock()
-    device = simulated(row.name, clock=clock, load=draw_current)
+    device = simulated_supply(row.name, clock=clock, load=draw_current)
     ended = threading.Event()
     threading.Thread(target=_read_commands, args=(device, ended), daemon=True).start()
     began = clock.now()

@@ -15,7 +15,7 @@ from workbench.cli.console import progress, show_table
 from workbench.cli.number_option import number
 from workbench.cli.plain_output import JsonFlag, emit
 from workbench.errors import InputError
-from workbench.protocol import load_model, load_shape, parse_quantity
+from workbench.schemas import load_model, load_shape, parse_quantity
 from workbench.template import (
     AT_SCALE_MM,
     TemplatePages,

@@ -13,12 +13,10 @@ import typer
 from workbench.as_built import (
     Cost,
     Deviation,
-    change_in_words,
     deviation_of,
     numbers_of,
     simulate_cost,
     write_as_bent,
-    write_readback,
 )
 from workbench.cli.console import progress, show_table
 from workbench.cli.number_option import number
@@ -36,7 +34,8 @@ from workbench.photo import (
     read_points,
     write_board,
 )
-from workbench.protocol import load_model, load_shape
+from workbench.report import change_in_words, write_readback
+from workbench.schemas import load_model, load_shape
 from workbench.template import free_shape
 
 __all__ = ["board", "read", "template"]

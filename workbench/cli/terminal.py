@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from workbench.attended import carry_out_with_control
-from workbench.bench import Bench, Operator
 from workbench.bundle import Bundle
 from workbench.cli.console import progress
 from workbench.cli.views import draw_views
-from workbench.control import ControlServer
-from workbench.experiment import Experiment
-from workbench.operators import operator_of
-from workbench.protocol import BenchFile
-from workbench.resume import Course
+from workbench.run import (
+    Bench,
+    ControlServer,
+    Course,
+    Experiment,
+    Operator,
+    carry_out_with_control,
+    operator_of,
+)
+from workbench.schemas import BenchFile
 
 __all__ = ["carry_out_at_terminal", "operator_at_terminal", "print_text"]
 

@@ -11,19 +11,10 @@ import typer
 from workbench.cli.console import progress, show_table, stderr
 from workbench.cli.number_option import number
 from workbench.cli.plain_output import JsonFlag, SchedulerOption, SearchesFolder, emit
-from workbench.design import (
-    ALGORITHMS,
-    BOUNDS,
-    EXPERIMENTS,
-    SEEDS,
-    SPEEDS,
-    ExperimentTable,
-    Lab,
-    Settings,
-    write_experiment,
-)
+from workbench.design import ALGORITHMS, BOUNDS, Settings
 from workbench.errors import InputError, WorkbenchError, require_named
-from workbench.protocol import load_model, load_shape
+from workbench.report import EXPERIMENTS, SEEDS, SPEEDS, ExperimentTable, Lab, write_experiment
+from workbench.schemas import load_model, load_shape
 from workbench.sim import Fanout
 
 __all__ = ["thesis"]

@@ -13,7 +13,7 @@ from workbench.progress import Progress
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-    from workbench.comparison_set import ComparisonSet
+    from workbench.report import ComparisonSet
 
 __all__ = ["bundle_json", "draw_views", "picture_of"]
 
@@ -23,7 +23,7 @@ def draw_views(bundle: Bundle, progress: Progress) -> list[str]:
 
     Whatever keeps them from being drawn changes neither the run's status nor the exit code.
     """
-    from workbench.comparison_set import write_views  # not needed by the run itself
+    from workbench.report import write_views  # not needed by the run itself
 
     progress("views")
     undrawn = write_views(bundle)

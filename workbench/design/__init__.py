@@ -7,9 +7,8 @@ within which bounds, `goals` what is to become better (`stability` defines one o
 learns from. `objective` lets candidates hop, all at once, by the twin's fan-out; `study` is a
 search in its folder, begun or gone on with, by one of the algorithms of `optimize`, which know no
 physics.
-`appraisal` computes what a design is, `results`, `figures` and `report` write it down, `searched`
-all of them at a search's end;
-`search_figures` draw what searches looked like; `experiments` are those of the thesis.
+`appraisal` computes what a design is, `results` writes it down; pages and figures, and the
+experiments of the thesis, are in `report`.
 
 A new goal is a function and a line in `goals`, a new constraint a method in `bendable`, another
 algorithm a line in `study`.
@@ -18,21 +17,10 @@ algorithm a line in `study`.
 from workbench.design.appraisal import Appraisal, ClampedResonances, appraise, resonances
 from workbench.design.bendable import LEAST_RADIUS_M, BendableStrip
 from workbench.design.distance_draws import DRAWS, VARIED, DistanceDraws, draw_distances
-from workbench.design.experiments import (
-    EXPERIMENTS,
-    SEEDS,
-    SPEEDS,
-    ExperimentFigure,
-    ExperimentTable,
-    Lab,
-    Part,
-)
 from workbench.design.goals import GOALS, PENALTY, Goal, Hop, goal_named
 from workbench.design.objective import Objective
 from workbench.design.problem import Problem
-from workbench.design.report import verdict, write_experiment, write_report
-from workbench.design.results import DesignFiles, found_by, shape_text, write_history
-from workbench.design.searched import Searched, finish_search, search_folder
+from workbench.design.results import DesignFiles, found_by, found_object, shape_text, write_history
 from workbench.design.stability import tipping_margin
 from workbench.design.study import ALGORITHMS, MUTATIONS, Settings, Study
 from workbench.design.uncertainty import Departure, Uncertainty, altered
@@ -42,13 +30,10 @@ __all__ = [
     "ALGORITHMS",
     "BOUNDS",
     "DRAWS",
-    "EXPERIMENTS",
     "GOALS",
     "LEAST_RADIUS_M",
     "MUTATIONS",
     "PENALTY",
-    "SEEDS",
-    "SPEEDS",
     "VARIED",
     "Appraisal",
     "BendableStrip",
@@ -57,15 +42,10 @@ __all__ = [
     "Departure",
     "DesignFiles",
     "DistanceDraws",
-    "ExperimentFigure",
-    "ExperimentTable",
     "Goal",
     "Hop",
-    "Lab",
     "Objective",
-    "Part",
     "Problem",
-    "Searched",
     "Settings",
     "Study",
     "Uncertainty",
@@ -73,17 +53,13 @@ __all__ = [
     "altered",
     "appraise",
     "draw_distances",
-    "finish_search",
     "found_by",
+    "found_object",
     "goal_named",
     "make_space",
     "parse_varied",
     "resonances",
-    "search_folder",
     "shape_text",
     "tipping_margin",
-    "verdict",
-    "write_experiment",
     "write_history",
-    "write_report",
 ]

@@ -17,7 +17,7 @@ from workbench.design.uncertainty import Departure, Uncertainty
 from workbench.design.variables import ANGLES, BOUNDS, SPEED, Bounds, Varied, make_space
 from workbench.errors import InputError
 from workbench.optimize import Space
-from workbench.protocol import ModelFile, ShapeFile
+from workbench.schemas import ModelFile, ShapeFile
 from workbench.sim import LIMITS, Condition, Robot, make_robot, sample_times
 
 __all__ = ["START_ANGLE_RAD", "Problem"]

@@ -18,7 +18,7 @@ from workbench.design.study import Study
 from workbench.design.variables import ANGLES, SPEED
 from workbench.errors import WorkbenchError
 from workbench.optimize import History, Trial, candidate_key
-from workbench.protocol import ShapeFile, parse, write_changed
+from workbench.schemas import ShapeFile, parse, write_changed
 
 __all__ = ["DesignFiles", "found_by", "found_object", "shape_text", "write_history"]
 

@@ -35,7 +35,7 @@ from workbench.optimize import (
     search,
 )
 from workbench.progress import Progress
-from workbench.protocol import UNITS, Document, ModelFile, ShapeFile, load_model, load_shape
+from workbench.schemas import UNITS, Document, ModelFile, ShapeFile, load_model, load_shape
 from workbench.sim import Fanout
 
 __all__ = ["ALGORITHMS", "MUTATIONS", "Settings", "Study"]

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.errors import InputError, did_you_mean
 from workbench.optimize import Space
-from workbench.protocol import UNITS
+from workbench.schemas import UNITS
 from workbench.sim import LIMITS
 
 __all__ = ["ANGLES", "BOUNDS", "SPEED", "Bounds", "Varied", "make_space", "parse_varied"]

@@ -13,51 +13,67 @@ Before any fit `soundness` leaves out runs that are not what they are said to be
 puts `drive_faults`, `body_faults` and `release_faults` together, `onset` says when something
 began. A new check is a function there that yields a sentence.
 
-`missing` says which force is missing, and what it depends on; `report`, `report_tables` and
-`figures` are the page, `kept` the answer as a file and `compared` the motions behind its errors,
-both read by `workbench review`, `written` puts all into the folder of the diagnosis. Then:
+`missing` says which force is missing, and what it depends on; `kept` is the answer as a file, and
+`diagnosed` all that is left in a folder, which `report` draws and writes. Then:
 `remaining` is what an answer leaves, `next_experiment` the runs that would separate it,
-`next_protocol` the menu of a bench and the file, `investigation` the loop of runs and diagnoses.
+`next_protocol` the menu of a bench and the file, `investigation` the loop of runs and diagnoses,
+`closed_loop` that loop on a bench.
 """
 
-from workbench.diagnose.compared import kept_replay, replay_of
+from workbench.diagnose.closed_loop import BenchJob, ClosedLoop
+from workbench.diagnose.decide import Kind, Part
+from workbench.diagnose.diagnosed import Diagnosed
 from workbench.diagnose.diagnosis import Diagnosis, diagnose
+from workbench.diagnose.drive import DRIVE
 from workbench.diagnose.facts import Trial
 from workbench.diagnose.investigation import Round, investigate
-from workbench.diagnose.kept import extended_model_of, write_answer
+from workbench.diagnose.kept import extended_model_of, read_answer, write_answer
 from workbench.diagnose.mechanism import MechanismRig, load_mechanism
+from workbench.diagnose.missing import ABSENT, Dependence, Missing, missing_force
 from workbench.diagnose.next_experiment import propose
-from workbench.diagnose.next_protocol import MENU, Following, next_object
+from workbench.diagnose.next_protocol import MENU, Following, following, next_object
 from workbench.diagnose.proposed import Proposal, minutes_of
-from workbench.diagnose.report import write_diagnosis
 from workbench.diagnose.rig import HopperRig, Rig, robot_of
+from workbench.diagnose.rules import Rules
 from workbench.diagnose.soundness import refused
-from workbench.diagnose.written import Diagnosed, diagnose_into, write_report
+from workbench.diagnose.validate import Errors, root_mean_square
+from workbench.diagnose.wording import Amount, digits
 
 __all__ = [
+    "ABSENT",
+    "DRIVE",
     "MENU",
+    "Amount",
+    "BenchJob",
+    "ClosedLoop",
+    "Dependence",
     "Diagnosed",
     "Diagnosis",
+    "Errors",
     "Following",
     "HopperRig",
+    "Kind",
     "MechanismRig",
+    "Missing",
+    "Part",
     "Proposal",
     "Rig",
     "Round",
+    "Rules",
     "Trial",
     "diagnose",
-    "diagnose_into",
+    "digits",
     "extended_model_of",
+    "following",
     "investigate",
-    "kept_replay",
     "load_mechanism",
     "minutes_of",
+    "missing_force",
     "next_object",
     "propose",
+    "read_answer",
     "refused",
-    "replay_of",
     "robot_of",
+    "root_mean_square",
     "write_answer",
-    "write_diagnosis",
-    "write_report",
 ]

@@ -10,7 +10,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 from workbench.fit import Parameter, Scope, free_parameters
-from workbench.protocol import ModelFile
+from workbench.schemas import ModelFile
 from workbench.sim import EFFECTS, Effect
 
 __all__ = ["Candidate", "hopper_base", "hopper_candidates"]

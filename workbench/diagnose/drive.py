@@ -23,8 +23,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.diagnose.linear import Linear, Solved, edges_of
-from workbench.fit import Hopper, MeasuredRun, commanded_angle
-from workbench.fit.drive import calm, fit_drive
+from workbench.fit import Hopper, MeasuredRun, calm, commanded_angle, fit_drive
 from workbench.motion import ROTOR, TOP, position
 from workbench.noise import robust_sigma
 from workbench.sim import EFFECTS

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ruamel.yaml.comments import CommentedMap
 
-from workbench.protocol import Document, ModelFile, rounded, write_changed
+from workbench.schemas import Document, ModelFile, rounded, write_changed
 
 __all__ = ["Effects", "entries", "write_extension"]
 

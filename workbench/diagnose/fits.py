@@ -21,20 +21,25 @@ from workbench.diagnose.rig import Rig
 from workbench.diagnose.rules import RULES, Rules
 from workbench.diagnose.screening import Promise, columns_of, neighbourhood, pairs_without, screened
 from workbench.fit import (
+    ROBUST,
+    ROUGH,
     Estimator,
     Hopper,
     Innovations,
+    Minimum,
     Parameter,
     ParameterVector,
     Scope,
     System,
+    counted,
     fit_system,
+    likeliest,
     minimised,
+    minimum,
+    reaches,
+    refined,
+    soft,
 )
-from workbench.fit.estimator import ROBUST, counted, reaches
-from workbench.fit.fitting import refined
-from workbench.fit.minimise import ROUGH, Minimum, minimum, soft
-from workbench.fit.process import likeliest
 from workbench.progress import Progress
 
 __all__ = ["Fits", "Hypothesis"]

@@ -14,8 +14,7 @@ from workbench.diagnose.release_faults import release_faults
 from workbench.errors import InputError
 from workbench.fit import MeasuredRun
 from workbench.motion import FOOT, position
-from workbench.sim import Condition, Robot, sample_times, simulate_all, staircase
-from workbench.sim.simulate import at_rest
+from workbench.sim import Condition, Robot, at_rest, sample_times, simulate_all, staircase
 
 __all__ = ["hopper_faults"]
 

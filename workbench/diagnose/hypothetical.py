@@ -13,8 +13,7 @@ from workbench.diagnose.facts import Trial
 from workbench.errors import InputError
 from workbench.fit import MeasuredRun
 from workbench.motion import DRIVEN, FOOT, PITCH, ROTOR_ANGLE, TOP, Mode, time_zero
-from workbench.sim import Condition, Robot, sample_times, staircase
-from workbench.sim.simulate import attempt_all
+from workbench.sim import Condition, Robot, attempt_all, sample_times, staircase
 
 __all__ = ["HypotheticalRun", "hypothetical_runs"]
 

@@ -16,8 +16,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.fit.estimator import ROBUST
-from workbench.fit.minimise import soft
+from workbench.fit import ROBUST, soft
 
 __all__ = ["Linear", "Solved", "beyond", "edges_of"]
 

@@ -26,12 +26,21 @@ from workbench.diagnose.mechanism_runs import (
 )
 from workbench.diagnose.validate import Errors
 from workbench.errors import FileFaults, InputError
-from workbench.fit import Parameter, Scope, System
-from workbench.fit.systems.mjcf import MjcfSystem
-from workbench.fit.systems.mjcf_model import require_hinges_and_slides
-from workbench.fit.systems.mjcf_parameters import FIELDS, Edit, Free, compiled, explicit_inertias
-from workbench.fit.systems.mjcf_runs import Channel, Input
-from workbench.protocol import Document, RigChannel, RigFile, load
+from workbench.fit import (
+    FIELDS,
+    Channel,
+    Edit,
+    Free,
+    Input,
+    MjcfSystem,
+    Parameter,
+    Scope,
+    System,
+    compiled,
+    explicit_inertias,
+    require_hinges_and_slides,
+)
+from workbench.schemas import Document, RigChannel, RigFile, load
 
 __all__ = ["MechanismRig", "load_mechanism"]
 

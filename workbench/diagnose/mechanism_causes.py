@@ -13,10 +13,9 @@ from typing import Literal
 
 from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.wording import digits
-from workbench.fit import Parameter
-from workbench.fit.systems.mjcf_parameters import Edit
-from workbench.protocol import RigFile
-from workbench.sim.effects import Group
+from workbench.fit import Edit, Parameter
+from workbench.schemas import RigFile
+from workbench.sim import Group
 
 __all__ = ["SECTIONS", "Asked", "Kind", "Section", "asked", "candidates_of"]
 

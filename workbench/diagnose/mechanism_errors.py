@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.validate import Errors
-from workbench.fit import Estimator, ParameterVector, Scope, minimised
-from workbench.fit.systems.mjcf import MjcfSystem
-from workbench.fit.systems.mjcf_model import units_of
+from workbench.fit import Estimator, MjcfSystem, ParameterVector, Scope, minimised, units_of
 from workbench.timeseries import TimeSeries
 
 __all__ = ["errors_in", "unit_of_errors"]

@@ -11,7 +11,7 @@ from ruamel.yaml.comments import CommentedMap
 from workbench.diagnose.extension import Effects, entries
 from workbench.diagnose.mechanism_causes import Asked
 from workbench.errors import FileFault, FileFaults, did_you_mean
-from workbench.protocol import Document, RigFile, rounded, write_changed
+from workbench.schemas import Document, RigFile, rounded, write_changed
 
 __all__ = ["found_in", "write_extended"]
 

@@ -9,10 +9,8 @@ import mujoco
 
 from workbench.diagnose.mechanism_causes import Asked, Section, asked
 from workbench.errors import FileFault, FileFaults, did_you_mean
-from workbench.fit.systems.mjcf_model import Kind, names_of, units_of
-from workbench.fit.systems.mjcf_parameters import FIELDS
-from workbench.protocol import Document, RigFile
-from workbench.protocol.files import Location
+from workbench.fit import FIELDS, Kind, names_of, units_of
+from workbench.schemas import Document, Location, RigFile
 
 __all__ = ["require_names"]
 

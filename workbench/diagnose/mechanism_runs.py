@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 from workbench.diagnose.facts import repeats_from
 from workbench.diagnose.mechanism_table import Table, require_even
 from workbench.errors import FileFaults, InputError, did_you_mean
-from workbench.fit.systems.mjcf_parameters import Edit
-from workbench.fit.systems.mjcf_runs import Channel, JointStart, MjcfRun
+from workbench.fit import Channel, Edit, JointStart, MjcfRun
 from workbench.noise import white_noise
-from workbench.protocol import Document, RigFile, RigInput, RigStart
-from workbench.protocol.files import Location
+from workbench.schemas import Document, Location, RigFile, RigInput, RigStart
 
 __all__ = ["Measured", "at_one_rate", "noise_of", "read_measured", "repeats_of", "run_of"]
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.fits import Hypothesis
-from workbench.diagnose.missing_force import CONTACT_M, MissingForce, force_of
+from workbench.diagnose.force_at_top import CONTACT_M, MissingForce, force_of
 from workbench.diagnose.rules import RULES, Rules
 from workbench.diagnose.wording import digits
 from workbench.fit import Hopper

@@ -32,9 +32,7 @@ from workbench.diagnose.proposed import (
 )
 from workbench.diagnose.remaining import BEYOND, MOST, Remaining, remaining
 from workbench.diagnose.rig import HopperRig
-from workbench.fit import Hopper, Scope
-from workbench.fit.estimator import ROBUST
-from workbench.fit.minimise import soft
+from workbench.fit import ROBUST, Hopper, Scope, soft
 from workbench.progress import Progress
 
 __all__ = ["TIMES", "Proposal", "Separation", "minutes_of", "propose", "propose_among"]

@@ -9,7 +9,6 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from workbench.bench import make_bench
 from workbench.bundle import Bundle
 from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.facts import Trial
@@ -17,18 +16,19 @@ from workbench.diagnose.next_experiment import propose
 from workbench.diagnose.proposed import TIMES, Proposal
 from workbench.errors import FileFaults, InputError
 from workbench.progress import Progress
-from workbench.protocol import (
+from workbench.run import make_bench
+from workbench.schemas import (
     BenchFile,
     Document,
     ModelFile,
     Protocol,
     ShapeFile,
+    builtin_folder,
     load,
     make_plan,
     parse,
     with_calibration,
 )
-from workbench.protocol.library import builtin_folder
 
 __all__ = [
     "MENU",

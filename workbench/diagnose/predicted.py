@@ -14,9 +14,7 @@ from workbench.diagnose.hypothetical import hypothetical_runs
 from workbench.diagnose.remaining import Remaining
 from workbench.diagnose.rig import HopperRig
 from workbench.diagnose.rules import Rules
-from workbench.fit import Estimator, Hopper, MeasuredRun, ParameterVector
-from workbench.fit.estimator import ROBUST
-from workbench.fit.minimise import soft
+from workbench.fit import ROBUST, Estimator, Hopper, MeasuredRun, ParameterVector, soft
 
 __all__ = ["Predicted", "Setting"]
 

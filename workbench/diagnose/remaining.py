@@ -20,8 +20,7 @@ from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.fits import Hypothesis
 from workbench.diagnose.linear import Linear
 from workbench.diagnose.rig import Rig
-from workbench.fit import Parameter, Scope
-from workbench.fit.estimator import ROBUST
+from workbench.fit import ROBUST, Parameter, Scope
 
 __all__ = ["BEYOND", "MOST", "Remaining", "remaining"]
 

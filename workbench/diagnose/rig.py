@@ -20,10 +20,18 @@ from workbench.diagnose.extension import Effects, write_extension
 from workbench.diagnose.facts import Facts, Fault
 from workbench.diagnose.hopper_faults import hopper_faults
 from workbench.diagnose.validate import Errors, errors_of
-from workbench.fit import Hopper, MeasuredRun, Parameter, System, measured_runs, paced, same_robot
-from workbench.fit.noise import coloured_noise
+from workbench.fit import (
+    Hopper,
+    MeasuredRun,
+    Parameter,
+    System,
+    coloured_noise,
+    measured_runs,
+    paced,
+    same_robot,
+)
 from workbench.progress import Progress
-from workbench.protocol import UNITS, Document, ModelFile, ShapeFile
+from workbench.schemas import UNITS, Document, ModelFile, ShapeFile
 from workbench.sim import make_robot
 
 __all__ = ["HopperRig", "Rig", "robot_of"]

@@ -15,9 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.fit import MeasuredRun
-from workbench.fit.prediction import predictions
-from workbench.fit.replay import Replay, compared, replayed
+from workbench.fit import MeasuredRun, Replay, compared, predictions, replayed
 from workbench.sim import Robot
 from workbench.timeseries import TimeSeries
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import workbench
 from workbench.doctor.finding import Finding
-from workbench.readiness import existing
+from workbench.run import existing
 
 __all__ = ["monotonic_clock", "system_clock"]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from workbench.doctor.finding import Finding
 from workbench.errors import what_to_do
-from workbench.readiness import existing, free_gb
+from workbench.run import existing, free_gb
 
 __all__ = ["LEAST_FREE_GB", "disk_space", "writable"]
 

@@ -6,10 +6,9 @@ import os
 
 from serial.tools.list_ports import comports
 
-from workbench.bench import RealBench, load_bench, make_bench
 from workbench.doctor.finding import Finding
 from workbench.errors import HardwareError, WorkbenchError
-from workbench.experiment import require_takes
+from workbench.run import RealBench, load_bench, make_bench, require_takes
 
 __all__ = ["exports", "serial_ports", "supply"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib.metadata import version
 
-from workbench import review
+from workbench import report as views
 from workbench.doctor.finding import Finding
 from workbench.errors import WorkbenchError
 
@@ -17,7 +17,7 @@ def viewer() -> Finding:
     """Start the viewer for its version, and compare that with the SDK's."""
     sdk = version("rerun-sdk")
     try:
-        found = review.viewer_version()
+        found = views.viewer_version()
     except WorkbenchError as error:
         return Finding("viewer", "failed", str(error), _TO_DO)
     if found != sdk:

@@ -13,52 +13,108 @@ far start to the minimum, `process` how much process noise the data ask for, `in
 Nothing here knows of a diagnosis, a report or a command line.
 """
 
-from workbench.fit.drive import commanded_angle
-from workbench.fit.estimator import Estimator
+from workbench.fit.correction import LONGEST
+from workbench.fit.drive import calm, commanded_angle, fit_drive
+from workbench.fit.estimation import estimate
+from workbench.fit.estimator import ROBUST, Estimator, counted, reaches
 from workbench.fit.fitting import Fit, fit_near, fit_system, minimised, refined, settled
+from workbench.fit.gain import Modes
 from workbench.fit.identifiability import Combination, separable, undetermined
 from workbench.fit.intervals import Covariance, Interval, covariance, intervals
 from workbench.fit.measured import MeasuredRun, measured_run, measured_runs, paced, same_robot
+from workbench.fit.minimise import ROUGH, Minimum, minimum, soft
+from workbench.fit.noise import coloured_noise
 from workbench.fit.observer import Innovations, Job, Observation, Start, observe
+from workbench.fit.online import LEAST_REST, Estimate, MissingForce, OnlineObserver
 from workbench.fit.parameters import Acts, Parameter, ParameterVector, Scope
+from workbench.fit.prediction import predictions
+from workbench.fit.process import likeliest
+from workbench.fit.replay import Replay, compared, compared_s, replayed
+from workbench.fit.smoother import WINDOW, at_points, smoothed
 from workbench.fit.soundness import warnings_of
-from workbench.fit.state import estimated_state
+from workbench.fit.state import estimated_state, pose
 from workbench.fit.system import System
-from workbench.fit.systems.hopper import Hopper, free_parameters
+from workbench.fit.systems.hopper import FOOT, Hopper, free_parameters
+from workbench.fit.systems.mjcf import MjcfSystem
+from workbench.fit.systems.mjcf_model import Kind, names_of, require_hinges_and_slides, units_of
+from workbench.fit.systems.mjcf_parameters import FIELDS, Edit, Free, compiled, explicit_inertias
+from workbench.fit.systems.mjcf_runs import Channel, Input, JointStart, MjcfRun
 
 __all__ = [
+    "FIELDS",
+    "FOOT",
+    "LEAST_REST",
+    "LONGEST",
+    "ROBUST",
+    "ROUGH",
+    "WINDOW",
     "Acts",
+    "Channel",
     "Combination",
     "Covariance",
+    "Edit",
+    "Estimate",
     "Estimator",
     "Fit",
+    "Free",
     "Hopper",
     "Innovations",
+    "Input",
     "Interval",
     "Job",
+    "JointStart",
+    "Kind",
     "MeasuredRun",
+    "Minimum",
+    "MissingForce",
+    "MjcfRun",
+    "MjcfSystem",
+    "Modes",
     "Observation",
+    "OnlineObserver",
     "Parameter",
     "ParameterVector",
+    "Replay",
     "Scope",
     "Start",
     "System",
+    "at_points",
+    "calm",
+    "coloured_noise",
     "commanded_angle",
+    "compared",
+    "compared_s",
+    "compiled",
+    "counted",
     "covariance",
+    "estimate",
     "estimated_state",
+    "explicit_inertias",
+    "fit_drive",
     "fit_near",
     "fit_system",
     "free_parameters",
     "intervals",
+    "likeliest",
     "measured_run",
     "measured_runs",
     "minimised",
+    "minimum",
+    "names_of",
     "observe",
     "paced",
+    "pose",
+    "predictions",
+    "reaches",
     "refined",
+    "replayed",
+    "require_hinges_and_slides",
     "same_robot",
     "separable",
     "settled",
+    "smoothed",
+    "soft",
     "undetermined",
+    "units_of",
     "warnings_of",
 ]

@@ -111,7 +111,7 @@ def calm(left: Array, sigma: float) -> NDArray[np.bool_]:
     """Return which samples of a remainder, (n,), were seen and are no glitches.
 
     Args:
-        left: remainder of an angle [rad], NaN where not seen.
+        left: (n,) remainder of an angle [rad], NaN where not seen.
         sigma: standard deviation of its noise [rad].
     """
     usual = scipy.ndimage.median_filter(np.nan_to_num(left), _NEIGHBOURS, mode="nearest")

@@ -269,10 +269,13 @@ class Estimator:
 
 
 def reaches(jacobian: Array) -> Array:
-    """Return how far to move each parameter for the next difference, (p,), from a Jacobian (m, p).
+    """Return how far to move each parameter for the next difference, (p,) [prior deviations].
 
     No farther than where the residuals change by as much as they are: beyond, a strong parameter
     makes another motion.
+
+    Args:
+        jacobian: (m, p) of the residuals [1].
     """
     norms = np.linalg.norm(jacobian, axis=0)
     return np.sqrt(len(jacobian)) / np.maximum(norms, np.sqrt(len(jacobian)) / FARTHEST)
@@ -288,7 +291,7 @@ def _gains(system: System, modes: Sequence[Modes], noise: Mapping[str, float]) -
 
 
 def counted(one: Innovations) -> Array:
-    """Return the whitened innovations as they count, (n, c): a run that blew up is refused."""
+    """Return whitened innovations as they count, (n, c) [sigma]: a run that blew up is refused."""
     white = one.white.copy()
     white[one.sane :] = REFUSED
     return np.nan_to_num(white, nan=REFUSED)

@@ -31,11 +31,11 @@ class Modes:
     """The lowest modes of a system about its rest.
 
     Args:
-        basis: (nv, m) columns with basis' M basis = 1.
-        stiffness: (m, m) basis' K basis [1/s^2].
-        damping: (m, m) basis' D basis [1/s].
-        slopes: (c, m) derivative of the channels by the modes' coordinates at rest.
-        rates: (c, m) the same by the coordinates' rates; None where no rate is seen.
+        basis: (nv, m) columns with basis' M basis = 1 [kg^-0.5].
+        stiffness: (m, m) basis' K basis [s^-2].
+        damping: (m, m) basis' D basis [s^-1].
+        slopes: (c, m) derivative of the channels by the modes' coordinates at rest [kg^-0.5].
+        rates: (c, m) the same by their rates [s kg^-0.5]; None where no rate is seen.
     """
 
     basis: Array
@@ -57,7 +57,12 @@ class Modes:
         return np.asarray(scipy.linalg.expm(rates * seconds), dtype=np.float64)
 
     def kicks(self, process: Array, seconds: float) -> Array:
-        """Return Q, (2 m, 2 m): what white forces of deviation `process`, (nv,), do in a time."""
+        """Return Q, (2 m, 2 m): what white forces do in a time.
+
+        Args:
+            process: (nv,) their deviation [N sqrt(s), N m sqrt(s)].
+            seconds: that time.
+        """
         force = self.basis.T @ (process[:, None] ** 2 * self.basis)
         t = seconds
         return np.asarray(np.kron([[t**3 / 3, t**2 / 2], [t**2 / 2, t]], force), dtype=np.float64)

@@ -18,7 +18,7 @@ from workbench.modes import Role
 from workbench.motion import DRIVEN, FOOT, PITCH, ROTOR_ANGLE, TOP, Mode
 from workbench.noise import robust_sigma, white_noise
 from workbench.progress import Progress, counted
-from workbench.protocol import Document, ModelFile, ShapeFile, load
+from workbench.schemas import Document, ModelFile, ShapeFile, load
 from workbench.sim import SAMPLE_RATE_HZ
 from workbench.timeseries import TimeSeries
 

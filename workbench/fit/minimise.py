@@ -43,9 +43,9 @@ class Minimum(NamedTuple):
     """Where a minimiser ended.
 
     Args:
-        x: (p,) numbers.
-        residuals: (m,) there.
-        jacobian: (m, p) of the residuals, or what it was brought up to date to.
+        x: (p,) numbers [prior deviations].
+        residuals: (m,) there [sigma].
+        jacobian: (m, p) of the residuals [1], or what it was brought up to date to.
         evaluations: of the residuals.
         converged: whether no step promises to lower the cost.
         cost: the sum of robust squares there.
@@ -60,7 +60,12 @@ class Minimum(NamedTuple):
 
 
 def soft(residuals: Array, scale: float) -> Array:
-    """Return the robust squares of residuals, (m,): r^2 well within the scale, 2 c r far beyond."""
+    """Return the robust squares of residuals, (m,) [1]: r^2 near zero, 2 c r far beyond c.
+
+    Args:
+        residuals: (m,) [sigma].
+        scale: c [sigma].
+    """
     return 2 * scale**2 * (np.sqrt(1 + (residuals / scale) ** 2) - 1)
 
 
@@ -79,14 +84,14 @@ def minimum(
     """Return the least robust cost within bounds.
 
     Args:
-        residuals: (m,) at numbers (p,).
-        derivative: their Jacobian, (m, p).
-        start: (p,) within the bounds.
-        bounds: least and greatest numbers, (p,) each.
+        residuals: (m,) [sigma] at numbers (p,).
+        derivative: their Jacobian, (m, p) [1].
+        start: (p,) within the bounds [prior deviations].
+        bounds: least and greatest numbers, (p,) each [prior deviations].
         scale: residuals beyond it pull less.
         most: evaluations of the residuals.
         near: squared distance to the minimum that may be left, in standard errors.
-        jacobian: near the start, where one is known.
+        jacobian: (m, p) near the start [1], where one is known.
         radius: of the first region, in prior deviations.
         edges: (b + 1,) between blocks of residuals that depend on few numbers each.
     """

@@ -61,8 +61,8 @@ class Estimate:
     """What is known after one sample.
 
     Args:
-        qpos: (nq,) corrected pose of the model.
-        predicted: (nq,) pose that was predicted 0.1 s before; None while none is that old.
+        qpos: (nq,) corrected pose of the model [m, rad].
+        predicted: (nq,) pose [m, rad] that was predicted 0.1 s before; None while none is that old.
         error_m: the prediction error [m], NaN where a point was not seen or nothing was predicted.
     """
 

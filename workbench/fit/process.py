@@ -30,7 +30,7 @@ def likeliest(
 
     Args:
         estimator: with the present noise.
-        x: (p,) parameters, kept.
+        x: (p,) parameters, kept [prior deviations].
         down: most steps towards a weaker noise.
         up: most steps towards a stronger one.
     """

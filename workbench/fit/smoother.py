@@ -65,7 +65,7 @@ def smoothed(
         run: with n samples.
         gain: it was observed with.
         modes: that gain is of.
-        process: (nv,) process noise of each degree of freedom.
+        process: (nv,) process noise of each degree of freedom [N sqrt(s), N m sqrt(s)].
         seconds: from one sample to the next.
     """
     missed = ~np.isfinite(run.error)
@@ -100,15 +100,15 @@ def smoothed(
 
 
 def at_points(force: Array, covariance: Array, slopes: Array) -> tuple[Array, Array]:
-    """Return the forces at points that explain modal forces best, (n, r), and their covariance.
+    """Return the forces at points that explain modal forces best, (n, r) [N], and their covariance.
 
     Modal forces f of covariance C are J' F for forces F at the points; generalised least squares:
     F = (J C^-1 J')^-1 J C^-1 f, of covariance (J C^-1 J')^-1.
 
     Args:
-        force: (n, m).
-        covariance: (n, m, m) of it.
-        slopes: (n, r, m) J, how the points move with the modes' coordinates; r <= m.
+        force: (n, m) [N/sqrt(kg)].
+        covariance: (n, m, m) of it [N^2/kg].
+        slopes: (n, r, m) J, how the points move with the modes' coordinates [kg^-0.5]; r <= m.
     """
     weighed = np.linalg.solve(covariance, slopes.swapaxes(1, 2))  # (n, m, r) C^-1 J'
     found: Array = np.linalg.inv(slopes @ weighed).astype(np.float64)

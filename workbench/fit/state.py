@@ -24,8 +24,7 @@ from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP
 from workbench.motion import rotor_angle as angle_of
 from workbench.motion import rotor_speed as speed_of
 from workbench.quantities import unit_of
-from workbench.sim import Robot
-from workbench.sim.robot import hinge_name
+from workbench.sim import Robot, hinge_name
 from workbench.timeseries import TimeSeries
 
 __all__ = ["Observed", "estimated_state", "observed", "pose", "start_foot", "state_of"]
@@ -215,7 +214,7 @@ def pose(
         robot: that moved.
         model: of it.
         times: (n,) [s].
-        qpos: (n, nq).
+        qpos: (n, nq) [m, rad].
         origin: (3,) taken off all places [m].
     """
     data = mujoco.MjData(model)

@@ -1,20 +1,19 @@
 """Identification: parameters and the motor's line from measured runs, each with its interval.
 
 The robot: `identification` puts the question to `workbench.fit` and judges the answer, `new_model`
-is the file that is left of it, `validation` compares it with runs that were held out; `fitted` puts
-them together.
+is the file that is left of it, `validation` compares it with runs that were held out.
 
 The motor: `shaft` is its speed in one run, `speed_line` the line through such speeds, `line_checks`
-what speaks against it, `calibrate` the answer, `calibration_files` and `calibration_figure` what is
-left of it on disk.
+what speaks against it, `calibrate` the answer, `calibration_files` what is left of it on
+disk.
 
 Without a model: `sweep`, `spectrum`, `resonance`, `oscillator` and `damping` say how the robot
-answers and rings; `figures` and `report` show it, `fit_report` beside what a fit found.
+answers and rings. Pages and figures, and all of a fit at once, are in `report`.
 
 The room simulates and fits; it opens no device.
 """
 
-from workbench.fit.measured import MeasuredRun, measured_run, measured_runs
+from workbench.fit import MeasuredRun, measured_run, measured_runs
 from workbench.identify.calibrate import (
     OmittedRun,
     SpeedCalibration,
@@ -22,7 +21,6 @@ from workbench.identify.calibrate import (
     speed_point,
     speed_points,
 )
-from workbench.identify.calibration_figure import figure_5_3
 from workbench.identify.calibration_files import (
     last_day,
     new_target,
@@ -32,7 +30,6 @@ from workbench.identify.calibration_files import (
     write_new,
 )
 from workbench.identify.damping import ModeDamping, damping
-from workbench.identify.fitted import Fitted, fit_runs
 from workbench.identify.identification import (
     BEAM,
     FOOT,
@@ -41,33 +38,49 @@ from workbench.identify.identification import (
     identify,
 )
 from workbench.identify.new_model import write_model
-from workbench.identify.report import ReportPart, write_identification, write_resonances
+from workbench.identify.pairs import (
+    FrequencySurface,
+    Pair,
+    fitted_pairs,
+    frequency_surface,
+    label,
+    simulated_pair,
+)
 from workbench.identify.resonance import Resonances, resonances
 from workbench.identify.shaft import shaft_speed
-from workbench.identify.speed_line import SpeedLine, SpeedPoint, fit_line
-from workbench.identify.validation import Validation, validate
+from workbench.identify.spectrum import SpectralLine, Spectrum
+from workbench.identify.speed_line import CONFIDENCE, SpeedLine, SpeedPoint, fit_line
+from workbench.identify.sweep import SweepPoint
+from workbench.identify.validation import PointError, RunValidation, Validation, validate
 
 __all__ = [
     "BEAM",
+    "CONFIDENCE",
     "FOOT",
-    "Fitted",
+    "FrequencySurface",
     "Identification",
     "MeasuredRun",
     "ModeDamping",
     "OmittedRun",
+    "Pair",
     "ParameterEstimate",
-    "ReportPart",
+    "PointError",
     "Resonances",
+    "RunValidation",
+    "SpectralLine",
+    "Spectrum",
     "SpeedCalibration",
     "SpeedLine",
     "SpeedPoint",
+    "SweepPoint",
     "Validation",
     "calibrate",
     "damping",
-    "figure_5_3",
     "fit_line",
-    "fit_runs",
+    "fitted_pairs",
+    "frequency_surface",
     "identify",
+    "label",
     "last_day",
     "measured_run",
     "measured_runs",
@@ -76,12 +89,11 @@ __all__ = [
     "propose_protocol",
     "resonances",
     "shaft_speed",
+    "simulated_pair",
     "speed_point",
     "speed_points",
     "validate",
     "write_calibration",
-    "write_identification",
     "write_model",
     "write_new",
-    "write_resonances",
 ]

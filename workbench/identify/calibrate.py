@@ -11,7 +11,7 @@ import numpy as np
 
 from workbench.bundle import Bundle
 from workbench.errors import InputError
-from workbench.fit.measured import measured_run
+from workbench.fit import measured_run
 from workbench.identify.line_checks import Check, check_line, voltage_groups
 from workbench.identify.shaft import shaft_speed
 from workbench.identify.speed_line import LineInterval, SpeedLine, SpeedPoint, fit_line

@@ -13,7 +13,7 @@ from workbench.bundle import Bundle
 from workbench.errors import InputError
 from workbench.identify.calibrate import SpeedCalibration
 from workbench.identify.shaft import LEAST_TURNS, RUN_OUT_S, START_UP_S
-from workbench.protocol import (
+from workbench.schemas import (
     BenchFile,
     Calibration,
     CalibrationFile,
@@ -22,7 +22,7 @@ from workbench.protocol import (
     calibration_text,
     load,
 )
-from workbench.twin_comparison import settings
+from workbench.twin import settings
 
 __all__ = [
     "last_day",

@@ -15,11 +15,10 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from workbench.damped_sinusoids import LEAST_SAMPLES, DampedSinusoid, fit_sinusoids
 from workbench.errors import InputError
-from workbench.fit.measured import MeasuredRun
+from workbench.fit import MeasuredRun
 from workbench.identify.spectrum import Oscillation, oscillation
-from workbench.motion import TOP, position
+from workbench.motion import LEAST_SAMPLES, TOP, DampedSinusoid, fit_sinusoids, position
 
 __all__ = ["DampingPoint", "ModeDamping", "damping"]
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.fit import FOOT as FOOT_JOINTS
 from workbench.fit import (
     Combination,
     Estimator,
@@ -31,9 +32,8 @@ from workbench.fit import (
     separable,
     warnings_of,
 )
-from workbench.fit.systems.hopper import FOOT as FOOT_JOINTS
 from workbench.progress import Progress
-from workbench.protocol import ModelFile, ShapeFile
+from workbench.schemas import ModelFile, ShapeFile
 from workbench.sim import Robot, make_robot
 
 __all__ = ["BEAM", "FINER", "FOOT", "Identification", "ParameterEstimate", "identify"]

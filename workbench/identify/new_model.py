@@ -9,7 +9,7 @@ from pathlib import Path
 from ruamel.yaml.comments import CommentedMap
 
 from workbench.identify.identification import ParameterEstimate
-from workbench.protocol import Document, ModelFile, identified_source, rounded, write_changed
+from workbench.schemas import Document, ModelFile, identified_source, rounded, write_changed
 
 __all__ = ["write_model"]
 

@@ -38,7 +38,13 @@ class Pair(NamedTuple):
 
 
 class FrequencySurface(NamedTuple):
-    """The longitudinal frequency over both stiffnesses: (n,), (m,) [N m/rad], (n, m) [Hz]."""
+    """The longitudinal frequency over both stiffnesses.
+
+    Args:
+        hinge: (n,) stiffnesses [N m/rad].
+        root: (m,) stiffnesses [N m/rad].
+        hz: (n, m) frequencies [Hz].
+    """
 
     hinge: NDArray[np.float64]
     root: NDArray[np.float64]

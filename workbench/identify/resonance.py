@@ -13,12 +13,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.clamped import ORDERS
 from workbench.errors import InputError
-from workbench.fit.measured import MeasuredRun
+from workbench.fit import MeasuredRun
 from workbench.identify.oscillator import fit_oscillator
 from workbench.identify.spectrum import Oscillation, Spectrum, oscillation, spectrum
 from workbench.identify.sweep import Direction, SweepPoint, read_sweep
+from workbench.motion import ORDERS
 
 __all__ = ["Jump", "Peak", "Resonances", "find_jumps", "find_peaks", "resonances"]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.fit.measured import MeasuredRun
+from workbench.fit import MeasuredRun
 from workbench.motion import FOOT, PITCH, ROTOR_ANGLE, TOP
 from workbench.timeseries import TimeSeries
 from workbench.tracking import RotorSpeed, mean_speed

@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.fit.measured import MeasuredRun
+from workbench.fit import MeasuredRun
 from workbench.motion import TOP, position
 
 __all__ = ["Oscillation", "SpectralLine", "Spectrum", "oscillation", "spectrum"]
@@ -73,7 +73,7 @@ class Spectrum:
 
     Args:
         run: of which it is.
-        hz: (n,) frequencies.
+        hz: (n,) frequencies [Hz].
         amplitude: (n, 2) of T along x and z [m]; a sine reaches its own amplitude.
         speed: of the rotor, zero where nothing drove the robot [rad/s].
         lines: the strongest first.

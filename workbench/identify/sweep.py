@@ -1,7 +1,7 @@
 """T's answer to each rotor speed of a sweep: amplitude and phase against the rotor, with errors.
 
 The rotor pulls T with m r w^2 along its own direction; what T answers is fitted by
-`workbench.clamped`, so that a run of ten seconds shows the answer and not the ringing.
+`workbench.motion.clamped`, so that a run of ten seconds shows the answer and not the ringing.
 """
 
 from __future__ import annotations
@@ -13,13 +13,23 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.clamped import ORDERS, answer, factors, lag, steady_end, terms
-from workbench.damped_sinusoids import LEAST_SAMPLES, SinusoidFit, fit_sinusoids
 from workbench.errors import InputError
-from workbench.fit.measured import MeasuredRun
-from workbench.motion import ROTOR_ANGLE, TOP
+from workbench.fit import MeasuredRun
+from workbench.motion import (
+    LEAST_SAMPLES,
+    ORDERS,
+    ROTOR_ANGLE,
+    TOP,
+    SinusoidFit,
+    answer,
+    factors,
+    fit_sinusoids,
+    lag,
+    steady_end,
+    terms,
+)
 from workbench.timeseries import TimeSeries
-from workbench.tracking.rotor import mean_speed, unwrapped
+from workbench.tracking import mean_speed, unwrapped
 
 __all__ = ["Direction", "Plateau", "SweepPoint", "SweepResult", "plateaus", "read_sweep"]
 
@@ -55,7 +65,7 @@ class SweepPoint:
         answer: (2, orders) complex, of T along x and z [m].
         error: (2, orders) standard error of each answer's real and imaginary part [m]; one that is
             not steady is unsure by its change.
-        changes: (2, orders) of each amplitude, last half over first half, less one.
+        changes: (2, orders) of each amplitude, last half over first half, less one [1].
         steadies: (2, orders) whether that change is within 5 % and one of its errors.
     """
 

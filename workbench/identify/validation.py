@@ -16,11 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.fit import Hopper, MeasuredRun, paced
-from workbench.fit.prediction import predictions
-from workbench.fit.replay import compared, compared_s, replayed
+from workbench.fit import Hopper, MeasuredRun, compared, compared_s, paced, predictions, replayed
 from workbench.motion import TOP_ERROR
-from workbench.protocol import ModelFile, ShapeFile
+from workbench.schemas import ModelFile, ShapeFile
 from workbench.sim import Robot, make_robot
 
 __all__ = ["NOT_VALIDATED", "PointError", "RunValidation", "Validation", "validate"]

@@ -3,7 +3,7 @@
 What lives here: the process (`worker.py`), a run's hold on it (`twin.py`), what the two say to each
 other (`messages.py`), and when a prediction error stops a run (`verdict.py`). What does not: the
 observer itself (`fit.online`), where the points are in a frame (`tracking.causal`), the recording
-(`tracking.natnet_recorder`), the viewer (`review`), and the switching of the supply (`engine`).
+(`tracking.natnet_recorder`), the viewer (`report`), and the switching of the supply (`run.engine`).
 
 To show one more number: one field of `LiveState`, filled in `worker.py`.
 """

@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from workbench.modes import Mode
-from workbench.protocol import PlannedRun, StopWhen
+from workbench.schemas import PlannedRun, StopWhen
 from workbench.tracking import Body, Sample
 
 __all__ = [

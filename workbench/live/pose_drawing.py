@@ -9,10 +9,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.fit.online import Estimate, MissingForce
+from workbench.fit import Estimate, MissingForce
 from workbench.motion import FOOT, PITCH, ROTOR, TOP
-from workbench.sim import Robot
-from workbench.sim.robot import hinge_name
+from workbench.sim import Robot, hinge_name
 
 __all__ = ["PoseDrawing"]
 

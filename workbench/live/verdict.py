@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from workbench.fit.correction import LONGEST
-from workbench.protocol import StopWhen
+from workbench.fit import LONGEST
+from workbench.schemas import StopWhen
 
 __all__ = ["LimitMonitor", "Stop"]
 

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError, WorkbenchError
-from workbench.fit.online import LEAST_REST, Estimate, OnlineObserver
+from workbench.fit import LEAST_REST, Estimate, OnlineObserver
 from workbench.live.messages import (
     Kind,
     LiveState,
@@ -38,7 +38,7 @@ from workbench.live.pose_drawing import PoseDrawing
 from workbench.live.verdict import LimitMonitor
 from workbench.loopback import HERE
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP
-from workbench.protocol import BenchFile, ModelFile, ShapeFile, StopWhen, parse
+from workbench.schemas import BenchFile, ModelFile, ShapeFile, StopWhen, parse
 from workbench.sim import SAMPLE_RATE_HZ, Robot, make_robot
 from workbench.timeseries import TimeSeries
 from workbench.tracking import Axes, Body, BodyNames, FramePoints, Sample

@@ -9,7 +9,7 @@ outlives every program that drives it and refuses the next one when the last lef
 """
 
 from workbench.output.ledger import Latch, Ledger, ledgers, state_folder
-from workbench.output.state import BY_HAND, FOUND, MAY_BE_ON, OutputState, after, fold
+from workbench.output.state import BY_HAND, FOUND, MAY_BE_ON, OutputState, State, after, fold
 
 __all__ = [
     "BY_HAND",
@@ -18,6 +18,7 @@ __all__ = [
     "Latch",
     "Ledger",
     "OutputState",
+    "State",
     "after",
     "fold",
     "ledgers",

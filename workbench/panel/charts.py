@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.catalogue.trends import Trend
+from workbench.catalogue import Trend
 
 __all__ = ["Curve", "control_chart", "curves_chart"]
 

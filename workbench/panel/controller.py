@@ -10,9 +10,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from workbench.control import SessionFile, holder, session_files, watch
 from workbench.errors import ControllerGone
 from workbench.loopback import MessageLine
+from workbench.run import SessionFile, holder, session_files, watch
 
 __all__ = ["Controller", "ControllerWatch", "State"]
 

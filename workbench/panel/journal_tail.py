@@ -5,8 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, field
 
-from workbench.bundle import Bundle, Event, events, foreign, parse_line
-from workbench.bundle.sentences import sentence
+from workbench.bundle import Bundle, Event, events, foreign, parse_line, sentence
 from workbench.output import OutputState
 
 __all__ = ["JournalTail", "Readings"]

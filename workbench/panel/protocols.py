@@ -38,7 +38,7 @@ class Protocols:
 
     def rows(self) -> dict[str, Any]:
         """Return the folder, the bench, and each protocol with its plan in short, or its fault."""
-        from workbench.bench import load_bench, make_bench  # no page needs them before
+        from workbench.run import load_bench, make_bench  # no page needs them before
 
         head = {"folder": str(self.folder), "bench": self.bench, "supply": "", "error": ""}
         if not self.folder.is_dir():
@@ -51,7 +51,7 @@ class Protocols:
             return head | {"error": str(error), "rows": []}
 
         def row(path: Path) -> dict[str, Any]:
-            from workbench.protocol import load_protocol, make_plan
+            from workbench.schemas import load_protocol, make_plan
 
             entry: dict[str, Any] = {"name": path.name, "title": path.name, "error": ""}
             if (what := foreign(path)) is not None:

@@ -11,11 +11,10 @@ from urllib.parse import quote
 import numpy as np
 
 from workbench.bundle import Bundle, Series
-from workbench.catalogue import Entry, Query, search
-from workbench.catalogue.trends import charted, condition_of, conditions, trends
+from workbench.catalogue import Entry, Query, charted, condition_of, conditions, search, trends
 from workbench.errors import InputError
 from workbench.panel.charts import Curve, control_chart, curves_chart
-from workbench.protocol import UNITS, identifications
+from workbench.schemas import UNITS, identifications
 from workbench.timeseries import TimeSeries
 
 __all__ = ["MOST_COMPARED", "compare_page", "rows_json", "trend_page"]

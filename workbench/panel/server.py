@@ -20,7 +20,6 @@ from fastapi import Query as QueryParameter
 from fastapi.responses import FileResponse, Response, StreamingResponse
 from pydantic import BaseModel, Field
 
-from workbench.control import SessionFile, answer, holder, pause, press_stop, session_files
 from workbench.errors import ControllerGone, InputError
 from workbench.loopback import HERE
 from workbench.panel.guard import REPORT_POLICY, Guard
@@ -28,6 +27,7 @@ from workbench.panel.runs import compare_page, rows_json, trend_page
 from workbench.panel.starting import Starter
 from workbench.panel.view import FRONT_SWITCH, NOTHING_TO_STOP
 from workbench.panel.watcher import TICK_S, Watcher
+from workbench.run import SessionFile, answer, holder, pause, press_stop, session_files
 
 __all__ = ["Panel"]
 

@@ -23,11 +23,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import IO, Any
 
-from workbench.control import SessionFile, holder, press_stop, session_files
 from workbench.errors import ControllerGone
-from workbench.operator_name import START, VARIABLE
 from workbench.output import MAY_BE_ON
 from workbench.panel.protocols import Protocols
+from workbench.run import START, VARIABLE, SessionFile, holder, press_stop, session_files
 
 __all__ = ["Starter"]
 

@@ -4,7 +4,7 @@ The board's geometry lives here (`board`), its printed page (`board_page`), whet
 (`print_scale`), the way from pixels to
 the board's plane (`markers`, `camera`), the strip found and refined in the picture (`strip`,
 `edges`), the arcs fitted to it (`fit`), and angles or points that were measured by hand (`manual`).
-What a deviation means for the robot does not: that is `readback`. Only `opencv` imports OpenCV, and
+What a deviation means for the robot does not: that is `as_built`. Only `opencv` imports OpenCV, and
 only when it is used. A new board is a row in `board`, a new tape a row in `strip`.
 """
 

@@ -13,7 +13,7 @@ from workbench.errors import InputError, what_to_do
 from workbench.photo.fit import Points, fit_strip
 from workbench.photo.orient import oriented, rough_numbers
 from workbench.photo.reading import AsBent, as_bent
-from workbench.protocol import ShapeFile
+from workbench.schemas import ShapeFile
 
 __all__ = ["read_angles", "read_points"]
 

@@ -19,7 +19,7 @@ from workbench.photo.markers import find_corners
 from workbench.photo.opencv import opencv
 from workbench.photo.orient import oriented, rough_numbers
 from workbench.photo.strip import TAPES, StripView, find_path, make_view
-from workbench.protocol import ShapeFile
+from workbench.schemas import ShapeFile
 
 __all__ = ["FOOT_SIGMA_RAD", "AsBent", "as_bent", "read_photo"]
 

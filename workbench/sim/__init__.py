@@ -15,15 +15,16 @@ new effect an entry in a file of `effects`; a force that the engine has no field
 `beam_laws`, whose callback is installed once for the process, and in `chain_links`.
 """
 
-from workbench.sim.checks import require_stable
+from workbench.sim.checks import highest_mode, require_stable
 from workbench.sim.command import replayed, sample_times, staircase
 from workbench.sim.condition import Condition
 from workbench.sim.drive import LIMITS, Drive
 from workbench.sim.effects import EFFECTS, Effect, Quantity, applied, effect_named
-from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
+from workbench.sim.effects.effect import Group
+from workbench.sim.equilibrium import FALLEN_M, hold_top, settle, unloaded
 from workbench.sim.fanout import Fanout
 from workbench.sim.gait import Gait, gait
-from workbench.sim.ground import Stick
+from workbench.sim.ground import CORNER_FIELDS, CORNERS, Stick
 from workbench.sim.modes import (
     DrivenPeak,
     DrivenResponse,
@@ -31,23 +32,35 @@ from workbench.sim.modes import (
     driven_peaks,
     driven_response,
     linear_modes,
+    mass_matrix,
 )
 from workbench.sim.motor import MOTOR, Motor
 from workbench.sim.passive_forces import install_force_laws
-from workbench.sim.robot import SAMPLE_RATE_HZ, Robot, build_spec, compile_model, make_robot
+from workbench.sim.robot import (
+    SAMPLE_RATE_HZ,
+    Robot,
+    build_spec,
+    compile_model,
+    hinge_name,
+    make_robot,
+)
 from workbench.sim.simulate import (
     Outcome,
     Precheck,
     Simulation,
+    at_rest,
     attempt_all,
     keep_engine_quiet,
     parallel_map,
     simulate,
     simulate_all,
 )
+from workbench.sim.statics import moving_dofs, static_stiffness
 from workbench.sim.stepper import Stepper
 
 __all__ = [
+    "CORNERS",
+    "CORNER_FIELDS",
     "EFFECTS",
     "FALLEN_M",
     "LIMITS",
@@ -60,6 +73,7 @@ __all__ = [
     "Effect",
     "Fanout",
     "Gait",
+    "Group",
     "Motor",
     "NaturalMode",
     "Outcome",
@@ -70,6 +84,7 @@ __all__ = [
     "Stepper",
     "Stick",
     "applied",
+    "at_rest",
     "attempt_all",
     "build_spec",
     "compile_model",
@@ -77,10 +92,15 @@ __all__ = [
     "driven_response",
     "effect_named",
     "gait",
+    "highest_mode",
+    "hinge_name",
+    "hold_top",
     "install_force_laws",
     "keep_engine_quiet",
     "linear_modes",
     "make_robot",
+    "mass_matrix",
+    "moving_dofs",
     "parallel_map",
     "replayed",
     "require_stable",
@@ -89,5 +109,6 @@ __all__ = [
     "simulate",
     "simulate_all",
     "staircase",
+    "static_stiffness",
     "unloaded",
 ]

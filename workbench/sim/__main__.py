@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.protocol import load_model, load_shape
+from workbench.schemas import load_model, load_shape
 from workbench.sim import Condition, make_robot, simulate
 
 __all__: list[str] = []

@@ -13,7 +13,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.protocol import UNITS, value_fault
+from workbench.schemas import UNITS, value_fault
 from workbench.sim.condition import Condition
 from workbench.sim.drive import DRIVES, LIMITS, Drive
 from workbench.sim.robot import Robot

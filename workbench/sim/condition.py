@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError, did_you_mean
-from workbench.protocol import Mode
+from workbench.schemas import Mode
 from workbench.sim.drive import Drive
 from workbench.sim.robot import Foot
 

@@ -183,7 +183,7 @@ def driven_peaks(responses: Sequence[DrivenResponse]) -> list[DrivenPeak]:
 
 
 def mass_matrix(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
-    """Return the mass of all degrees of freedom, (nv, nv)."""
+    """Return the mass of all degrees of freedom, (nv, nv) [kg, kg m^2]."""
     full = np.empty((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
     return full

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from workbench.errors import InputError, did_you_mean, require_named
-from workbench.protocol import UNITS, ShapeFile
+from workbench.schemas import UNITS, ShapeFile
 from workbench.sim.beam import Hinge, hinges
 from workbench.sim.drive import Drive, add_drive
 from workbench.sim.ground import Stick, add_ground

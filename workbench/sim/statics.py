@@ -23,7 +23,7 @@ _HEIGHT = {int(mujoco.mjtJoint.mjJNT_FREE): 2, int(mujoco.mjtJoint.mjJNT_SLIDE):
 
 
 def moving_dofs(model: mujoco.MjModel, foot: Foot) -> NDArray[np.int_]:
-    """Return the degrees of freedom that gravity moves: all but the rotor, of the foot z and pitch.
+    """Return the dofs that gravity moves, (n,): all but the rotor, of the foot z and pitch.
 
     The robot is symmetric sideways and about its vertical; the ground holds it forward.
     """
@@ -60,7 +60,7 @@ def static_stiffness(
     rotor_keeps: RotorKeeps = "world",
     chain: PlanarChain | None = None,
 ) -> NDArray[np.float64]:
-    """Return minus the derivative of the static force, (n, n), by central differences.
+    """Return minus the static force's derivative, (n, n) [N/m, N m/rad], by central differences.
 
     The data's pose is left as it was, its forces are those of the last difference.
 

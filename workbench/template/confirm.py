@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from workbench.errors import PrintRefused
-from workbench.protocol import load
+from workbench.schemas import load
 from workbench.template.canvas import Compensation
 from workbench.template.files import write_template
 from workbench.template.paper import BAR_MM

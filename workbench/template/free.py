@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from workbench.protocol import ModelFile, ShapeFile
+from workbench.schemas import ModelFile, ShapeFile
 from workbench.sim import applied, make_robot, unloaded
 
 __all__ = ["free_angles", "free_shape"]

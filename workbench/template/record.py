@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from workbench.errors import InputError
-from workbench.protocol import Section, ShapeFile, load
+from workbench.schemas import Section, ShapeFile, load
 from workbench.template.canvas import Compensation
 from workbench.template.metal import metal_of
 from workbench.template.paper import ROLL, paper_named

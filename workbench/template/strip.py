@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.protocol import Document, ShapeFile
+from workbench.schemas import Document, ShapeFile
 from workbench.shape import Arcs, bend_radii, crossing, equal_length_arcs
 
 __all__ = ["LEAST_RADIUS", "Strip", "digest", "make_strip"]

@@ -8,7 +8,7 @@ drop from the shape that the strip has in the hand. The rotor's joint angle is a
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
 
 import mujoco
@@ -23,16 +23,26 @@ from workbench.fit.measured import MeasuredRun
 from workbench.fit.noise import Coloured, coloured_noise
 from workbench.fit.observer import Observation, Start
 from workbench.fit.parameters import Parameter
-from workbench.fit.soundness import clock_words, rate_words
+from workbench.fit.soundness import clock_words
 from workbench.fit.systems.hopper_model import anchors, coarsen, free_parameters, jacobian
 from workbench.fit.systems.hopper_own import Own, own_of
+from workbench.fit.systems.hopper_seen import is_clamped, seen_run
 from workbench.fit.systems.hopper_view import View
-from workbench.motion import PITCH, ROTOR_ANGLE
-from workbench.sim import EFFECTS, SAMPLE_RATE_HZ, Condition, Robot, applied, settle, unloaded
-from workbench.sim.equilibrium import hold_top
-from workbench.sim.modes import mass_matrix
-from workbench.sim.simulate import at_rest
-from workbench.sim.statics import moving_dofs, static_stiffness
+from workbench.motion import ROTOR_ANGLE
+from workbench.sim import (
+    EFFECTS,
+    SAMPLE_RATE_HZ,
+    Condition,
+    Robot,
+    applied,
+    at_rest,
+    hold_top,
+    mass_matrix,
+    moving_dofs,
+    settle,
+    static_stiffness,
+    unloaded,
+)
 
 __all__ = ["BEAM", "FOOT", "HOPPING_BEAM", "Hopper", "free_parameters"]
 
@@ -49,25 +59,11 @@ OF_FLOOR = (
 )  # fmt: skip
 """Parameters that a clamped foot does not feel."""
 
-_LEAD_S = 0.1  # driven runs are observed from this long before the first motion
-_AFTER = 1.5  # samples between a release and the first that is observed: it is known to half a one
 _MODES = 3
 _MOST_STEPS = 136
 _HELD_ROUNDS = 3  # each turns T by less, and the point taken for it with it
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 _STIFFNESSES = ("hinge_stiffness", "root_stiffness")
-
-
-@dataclass(frozen=True, eq=False)
-class _Seen:
-    """One run as it is observed."""
-
-    channels: tuple[str, ...]
-    first: int
-    seen: Array
-    sigma: Array
-    memory: Array
-    rest: Array
 
 
 class Hopper:
@@ -102,7 +98,7 @@ class Hopper:
         self.robot, self.runs, self.free = replace(robot, planar=True), tuple(runs), tuple(free)
         self.candidates, self.warmth = dict(candidates), warmth
         self.coloured = coloured_noise(runs) if coloured is None else coloured
-        self._seen = [_seen(run, self.coloured) for run in runs]
+        self._seen = [seen_run(run, self.coloured) for run in runs]
         self.turned = tuple(turned) or tuple(self._guessed(k) for k in range(len(runs)))
         self._stood = self._rest_of_top()
         self.own = tuple(self._own(k) for k in range(len(runs)))
@@ -154,11 +150,11 @@ class Hopper:
         """Return whether a parameter can change a run: a clamped foot feels no floor."""
         if parameter in self.candidates:
             return self.runs[run].mode in EFFECTS[self.candidates[parameter][0]].excited_by
-        return not (_clamped(self.runs[run]) and parameter.name in OF_FLOOR)
+        return not (is_clamped(self.runs[run]) and parameter.name in OF_FLOOR)
 
     def lands(self, run: int) -> bool:
         """Return whether its foot is free: landings and slips make kinks in every parameter."""
-        return not _clamped(self.runs[run])
+        return not is_clamped(self.runs[run])
 
     def drive_words(self, run: int) -> list[str]:
         """Return by how much the rotor turned otherwise than commanded, where beyond doubt."""
@@ -177,7 +173,7 @@ class Hopper:
 
     def process(self, run: int, noise: Mapping[str, float]) -> Array:
         """Return the process noise, (nv,) [N sqrt(s), N m sqrt(s)]; that of the rotor is zero."""
-        clamped, lever = _clamped(self.runs[run]), self.robot.values["foot_length"] / 2
+        clamped, lever = is_clamped(self.runs[run]), self.robot.values["foot_length"] / 2
         beam = noise[BEAM if clamped else HOPPING_BEAM]
         hinges = [beam for hinge in self.robot.hinges if hinge.stiffness is not None]
         foot = [] if clamped else [noise[FOOT], noise[FOOT], noise[FOOT] * lever]
@@ -193,7 +189,7 @@ class Hopper:
         dofs = moving_dofs(model, "fixed")
         stiffness = static_stiffness(model, data, dofs, rotor_keeps="top")
         mujoco.mj_forward(model, data)
-        if _clamped(self.runs[run]):
+        if is_clamped(self.runs[run]):
             count = _MODES
         else:
             model, data = settle(robot, "free", self.runs[run].start_angle)
@@ -293,7 +289,7 @@ class Hopper:
             data: of it at rest, where the point taken for T is known.
             view: of the cameras.
         """
-        names = ["top"] if _clamped(self.runs[run]) else ["foot", "top"]
+        names = ["top"] if is_clamped(self.runs[run]) else ["foot", "top"]
         bodies = np.array([model.body(name).id for name in names], dtype=np.int64)
         count = len(self.sigma(run))
         mix, pick = np.zeros((count, 3 * len(bodies))), np.zeros((count, model.nq))
@@ -348,7 +344,7 @@ class Hopper:
             run: its number.
             qpos: (n, nq) states [m, rad].
         """
-        turn = qpos[:, 0 if _clamped(self.runs[run]) else 2 : -1].sum(axis=1)
+        turn = qpos[:, 0 if is_clamped(self.runs[run]) else 2 : -1].sum(axis=1)
         return np.asarray(turn - turn[0])
 
     def angle_against_top(self, run: int, qpos: Array) -> Array | None:
@@ -372,29 +368,3 @@ class Hopper:
             qpos: (n, nq) of each run, of an observer [m, rad].
         """
         return self.turning([self.angle_against_top(k, states) for k, states in enumerate(qpos)])
-
-
-def _seen(run: MeasuredRun, coloured: Mapping[str, Coloured]) -> _Seen:
-    if wrong := rate_words(run.name, run.motion.times, 1 / SAMPLE_RATE_HZ):
-        raise InputError("; ".join(wrong))
-    channels = [*run.places, *([PITCH] if not _clamped(run) and PITCH in run.motion else [])]
-    part = run.motion.select(channels)
-    values = np.where(part.valid & np.isfinite(part.values), part.values, np.nan)
-    after = -_LEAD_S if run.driven else _AFTER / SAMPLE_RATE_HZ
-    first = int(np.searchsorted(run.motion.times, after))
-    still = values[run.motion.times < 0]
-    missing = [name for name, one in zip(channels, still.T, strict=True) if np.isnan(one).all()]
-    if missing:
-        raise InputError(
-            f"{run.name}: {', '.join(missing)} was not seen before time zero; a run needs some "
-            "rest before its first motion"
-        )
-    sigma, memory = run.noise(channels), np.zeros(len(channels))
-    for c, name in enumerate(channels):
-        if name in coloured:
-            sigma[c], memory[c] = coloured[name].sigma, coloured[name].memory
-    return _Seen(tuple(channels), first, values[first:], sigma, memory, np.nanmedian(still, axis=0))
-
-
-def _clamped(run: MeasuredRun) -> bool:
-    return run.mode in ("clamped", "decay")

@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError, did_you_mean
 from workbench.fit.parameters import Parameter
-from workbench.protocol import UNITS, ModelFile
-from workbench.sim import SAMPLE_RATE_HZ
-from workbench.sim.checks import highest_mode
-from workbench.sim.ground import CORNER_FIELDS, CORNERS
+from workbench.schemas import UNITS, ModelFile
+from workbench.sim import CORNER_FIELDS, CORNERS, SAMPLE_RATE_HZ, highest_mode
 
 __all__ = ["anchors", "coarsen", "free_parameters", "jacobian"]
 

@@ -170,7 +170,7 @@ class MjcfSystem:
         return one.times[0] + self.sample_s * np.arange(self._first[run], len(one.times))
 
     def seen(self, run: int) -> Array:
-        """Return the measured channels of a run, (n, c), NaN where not seen."""
+        """Return the measured channels of a run, (n, c) [SI], NaN where not seen."""
         return self.runs[run].values[self._first[run] :]
 
     def channels_of(self, run: int) -> tuple[str, ...]:
@@ -190,15 +190,15 @@ class MjcfSystem:
         return []
 
     def sigma(self, run: int) -> Array:
-        """Return the standard deviation of their noise, (c,), the same in all runs."""
+        """Return the standard deviation of their noise, (c,) [SI], the same in all runs."""
         return self._sigma
 
     def memory(self, run: int) -> Array:
-        """Return zeros, (c,): the noise of its channels is taken for white."""
+        """Return zeros, (c,) [1]: the noise of its channels is taken for white."""
         return np.zeros(len(self.channels))
 
     def process(self, run: int, noise: Mapping[str, float]) -> Array:
-        """Return the process noise of each degree of freedom, (nv,)."""
+        """Return the process noise of each degree of freedom, (nv,) [N sqrt(s)]."""
         return np.array([noise[self._group(j)] for j in self.model.dof_jntid])
 
     def modes(self, run: int) -> Modes:

@@ -94,7 +94,7 @@ class JointStart:
 
         Args:
             times: (n,) [s].
-            values: (n,) of the joint's position, NaN where not seen.
+            values: (n,) of the joint's position [m, rad], NaN where not seen.
             sigma: of their noise.
 
         Raises:
@@ -119,7 +119,7 @@ class MjcfRun:
         values: (n, c) of the channels [SI], NaN where not seen.
         start: joint -> where it starts; one that is not named starts as the model says, at rest.
         input_times: (m,) [s] of the same clock; before and after, an input stays as it was.
-        inputs: (m, i) of the inputs.
+        inputs: (m, i) of the inputs [SI].
         late_deviation: how far time zero may be off [s]; zero says that it is known.
     """
 

@@ -8,7 +8,7 @@ anything that a driver uses. To add a supply: one file with a class below `Simul
 
 from workbench.hw.simulated.device import Load, SimulatedSupply
 from workbench.hw.simulated.dps import SimulatedDps
-from workbench.hw.simulated.families import DEVICES, simulated
+from workbench.hw.simulated.families import DEVICES, simulated_supply
 from workbench.hw.simulated.faults import SimulatedFault
 from workbench.hw.simulated.hanmatek import SimulatedHanmatek
 from workbench.hw.simulated.korad import SimulatedKorad
@@ -30,5 +30,5 @@ __all__ = [
     "draw_current",
     "serve",
     "serve_terminal",
-    "simulated",
+    "simulated_supply",
 ]

@@ -13,7 +13,7 @@ from workbench.hw.simulated.korad import SimulatedKorad
 from workbench.hw.simulated.riden import SimulatedRiden
 from workbench.hw.simulated.scpi import SimulatedScpi
 
-__all__ = ["DEVICES", "simulated"]
+__all__ = ["DEVICES", "simulated_supply"]
 
 DEVICES: dict[Family, Callable[..., SimulatedSupply]] = {
     "riden": SimulatedRiden,
@@ -24,7 +24,7 @@ DEVICES: dict[Family, Callable[..., SimulatedSupply]] = {
 }
 
 
-def simulated(
+def simulated_supply(
     model: str, *, clock: Clock, load: Load = no_load, serial: int | None = None, channel: int = 1
 ) -> SimulatedSupply:
     """Return a simulated supply of a model.

@@ -1,0 +1,65 @@
+"""What an observer sees of a hopping robot's run, from just before its first motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.errors import InputError
+from workbench.fit.measured import MeasuredRun
+from workbench.fit.noise import Coloured
+from workbench.fit.soundness import rate_words
+from workbench.motion import PITCH
+from workbench.sim import SAMPLE_RATE_HZ
+
+__all__ = ["SeenRun", "is_clamped", "seen_run"]
+
+Array = NDArray[np.float64]
+
+_LEAD_S = 0.1  # driven runs are observed from this long before the first motion
+_AFTER = 1.5  # samples between a release and the first that is observed: it is known to half a one
+
+
+@dataclass(frozen=True, eq=False)
+class SeenRun:
+    """One run as it is observed."""
+
+    channels: tuple[str, ...]
+    first: int
+    seen: Array
+    sigma: Array
+    memory: Array
+    rest: Array
+
+
+def seen_run(run: MeasuredRun, coloured: Mapping[str, Coloured]) -> SeenRun:
+    """Return the part of a run that is observed; refuse one without rest."""
+    if wrong := rate_words(run.name, run.motion.times, 1 / SAMPLE_RATE_HZ):
+        raise InputError("; ".join(wrong))
+    channels = [*run.places, *([PITCH] if not is_clamped(run) and PITCH in run.motion else [])]
+    part = run.motion.select(channels)
+    values = np.where(part.valid & np.isfinite(part.values), part.values, np.nan)
+    after = -_LEAD_S if run.driven else _AFTER / SAMPLE_RATE_HZ
+    first = int(np.searchsorted(run.motion.times, after))
+    still = values[run.motion.times < 0]
+    missing = [name for name, one in zip(channels, still.T, strict=True) if np.isnan(one).all()]
+    if missing:
+        raise InputError(
+            f"{run.name}: {', '.join(missing)} was not seen before time zero; a run needs some "
+            "rest before its first motion"
+        )
+    sigma, memory = run.noise(channels), np.zeros(len(channels))
+    for c, name in enumerate(channels):
+        if name in coloured:
+            sigma[c], memory[c] = coloured[name].sigma, coloured[name].memory
+    return SeenRun(
+        tuple(channels), first, values[first:], sigma, memory, np.nanmedian(still, axis=0)
+    )
+
+
+def is_clamped(run: MeasuredRun) -> bool:
+    """Return whether the foot is held."""
+    return run.mode in ("clamped", "decay")

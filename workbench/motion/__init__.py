@@ -1,0 +1,142 @@
+"""Motions, measured or simulated: channels, time zero, summaries, and how they ring and fade.
+
+`motion` names the channels and holds what is asked of any motion. `clamped` is how T answers the
+rotor while the foot is clamped, `ringdown` how a released robot rang, both by `damped_sinusoids`.
+One estimator serves track and twin, so that its errors cancel in the difference. Nothing here knows
+of files, cameras or the simulation. Names are loaded when they are used.
+"""
+
+from typing import TYPE_CHECKING
+
+from workbench.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from workbench.motion.clamped import (
+        ORDERS,
+        ClampedResponse,
+        answer,
+        factors,
+        lag,
+        steady_end,
+        summarize_clamped,
+        terms,
+    )
+    from workbench.motion.damped_sinusoids import (
+        LEAST_SAMPLES,
+        DampedSinusoid,
+        SinusoidFit,
+        fit_sinusoids,
+    )
+    from workbench.motion.motion import (
+        CORNER_FORCES,
+        DRIVEN,
+        FOOT,
+        FOOT_ERROR,
+        PITCH,
+        RELEASED,
+        ROTOR,
+        ROTOR_ANGLE,
+        ROTOR_SPEED,
+        TOP,
+        TOP_ERROR,
+        Misfit,
+        Mode,
+        Summary,
+        first_motion,
+        last_motion,
+        misfit,
+        position,
+        release,
+        rotor_angle,
+        rotor_speed,
+        seen_median,
+        summarize,
+        time_zero,
+    )
+    from workbench.motion.ringdown import RingDown, summarize_release
+
+__all__ = [
+    "CORNER_FORCES",
+    "DRIVEN",
+    "FOOT",
+    "FOOT_ERROR",
+    "LEAST_SAMPLES",
+    "ORDERS",
+    "PITCH",
+    "RELEASED",
+    "ROTOR",
+    "ROTOR_ANGLE",
+    "ROTOR_SPEED",
+    "TOP",
+    "TOP_ERROR",
+    "ClampedResponse",
+    "DampedSinusoid",
+    "Misfit",
+    "Mode",
+    "RingDown",
+    "SinusoidFit",
+    "Summary",
+    "answer",
+    "factors",
+    "first_motion",
+    "fit_sinusoids",
+    "lag",
+    "last_motion",
+    "misfit",
+    "position",
+    "release",
+    "rotor_angle",
+    "rotor_speed",
+    "seen_median",
+    "steady_end",
+    "summarize",
+    "summarize_clamped",
+    "summarize_release",
+    "terms",
+    "time_zero",
+]
+
+if not TYPE_CHECKING:  # a type checker knows the names, and should miss others
+    __getattr__ = lazy_names(
+        __name__,
+        {
+            "clamped": [
+                "ClampedResponse",
+                "ORDERS",
+                "answer",
+                "factors",
+                "lag",
+                "steady_end",
+                "summarize_clamped",
+                "terms",
+            ],
+            "damped_sinusoids": ["DampedSinusoid", "LEAST_SAMPLES", "SinusoidFit", "fit_sinusoids"],
+            "motion": [
+                "CORNER_FORCES",
+                "DRIVEN",
+                "FOOT",
+                "FOOT_ERROR",
+                "Misfit",
+                "Mode",
+                "PITCH",
+                "RELEASED",
+                "ROTOR",
+                "ROTOR_ANGLE",
+                "ROTOR_SPEED",
+                "Summary",
+                "TOP",
+                "TOP_ERROR",
+                "first_motion",
+                "last_motion",
+                "misfit",
+                "position",
+                "release",
+                "rotor_angle",
+                "rotor_speed",
+                "seen_median",
+                "summarize",
+                "time_zero",
+            ],
+            "ringdown": ["RingDown", "summarize_release"],
+        },
+    )

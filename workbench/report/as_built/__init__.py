@@ -1,0 +1,3 @@
+"""The page and the figure of a beam as it was bent."""
+
+__all__: list[str] = []
