@@ -10,7 +10,6 @@ from workbench.timeseries import TimeSeries
 from workbench.tracking.bodies import RawPoints
 from workbench.tracking.body_names import FOOT_TOP_M, TOP_ROTOR_M
 from workbench.tracking.glitches import bursts, off_length, out_of_reach, spikes, strays
-from workbench.tracking.parallel import parallel_map
 from workbench.tracking.recipe import BodyReport, Cleaned, CleaningReport, advancing
 from workbench.tracking.resampling import ABSENT, even_grid, nearest_sample, on_grid, stretches
 from workbench.tracking.smoothing import LEAST_SEEN, smooth_stretch
@@ -59,14 +58,10 @@ def default(points: RawPoints) -> Cleaned:
     missing: _Reasons = {}
     raw_missing: _Reasons = {}
     unfiltered = 0
-
-    def curve(role: str) -> tuple[NDArray[np.float64], NDArray[np.bool_], int]:
+    for role, body in points.bodies.items():
         path = _without(raw[role], rejected[role])
         sampled = on_grid(times, path, grid, source, _LONGEST_FILL_S)
-        return _curve(sampled, points.rate_hz)
-
-    for (role, body), drawn in zip(points.bodies.items(), parallel_map(curve, raw), strict=True):
-        path, pulling, short = drawn
+        path, pulling, short = _curve(sampled, points.rate_hz)
         rejected[role][source[pulling]] = True
         raw_missing[role] = _reasons(body.missing[keep], rejected[role])
         missing[role] = _on_grid(raw_missing[role], source, known(path))
@@ -99,7 +94,7 @@ def _reject(times: NDArray[np.float64], raw: _Paths) -> tuple[_Masks, tuple[str,
         path = _without(path, bursts(times, path))
         return _without(path, spikes(times, path))
 
-    clean: _Paths = dict(zip(raw, parallel_map(steady, raw.values()), strict=True))
+    clean: _Paths = {role: steady(path) for role, path in raw.items()}
     off = off_length(clean["top"], clean["rotor"])
     clean |= {role: _without(clean[role], off) for role in ("top", "rotor")}
     warnings: list[str] = []

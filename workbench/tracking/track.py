@@ -30,7 +30,6 @@ from workbench.tracking.bodies import MarkerPlaces, RawPoints, raw_points
 from workbench.tracking.body_names import BodyNames
 from workbench.tracking.cleaning import recipe_named
 from workbench.tracking.floor import Floor, fit_floor
-from workbench.tracking.parallel import parallel_map
 from workbench.tracking.plausibility import implausible
 from workbench.tracking.recipe import Cleaned, advancing
 from workbench.tracking.rotor import RotorAngle, unwrapped
@@ -115,11 +114,7 @@ def make_track(
     zero = _zero(columns.times, _onset(mode, columns, turned.angle), start_hint, warnings)
     rest, rest_s = _rest(columns, zero, warnings)
     origin = _origin(columns, rest, report.origin_m)
-    laid_out = (
-        lambda: _motion(columns, turned.angle, origin),
-        lambda: _raw(points, cleaned, turned.angle, origin),
-    )
-    motion, raw = (each.shifted(-(zero or 0.0)) for each in parallel_map(lambda do: do(), laid_out))
+    motion = _motion(columns, turned.angle, origin).shifted(-(zero or 0.0))
     floor = fit_floor(motion)
     warnings.extend(implausible(motion, axes, floor))
     if take.axes is not None and take.axes.up != axes.up:
@@ -129,7 +124,7 @@ def make_track(
         )
     return Track(
         motion=motion,
-        raw=raw,
+        raw=_raw(points, cleaned, turned.angle, origin).shifted(-(zero or 0.0)),
         missing=cleaned.missing,
         raw_missing=cleaned.raw_missing,
         floor=floor,
