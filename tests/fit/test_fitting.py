@@ -11,7 +11,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.bank.cases import Run
 from benchmarks.bank.courses import Course
+from benchmarks.bank.observe import film
+from benchmarks.bank.write import measured_run
 from tests.fit.filmed import ROBOT, measured, ramp, twin_motion
 from tests.fit.test_mjcf_system import ANGLE_NOISE, PENDULUM, PIVOT, TRUTH, swung
 from workbench.errors import InputError
@@ -33,6 +36,7 @@ from workbench.fit import (
     undetermined,
 )
 from workbench.fit.fitting import _glitches
+from workbench.noise import robust_sigma
 from workbench.schemas import load_model
 
 Array = NDArray[np.float64]
@@ -183,3 +187,18 @@ def test_a_glitch_does_not_hide_the_one_that_follows() -> None:
     (mask,) = refined(estimator, np.zeros(len(vector))).masks
     assert set(np.flatnonzero(mask.all(axis=1)) + system.first(0)) >= set(at)
     assert mask.sum() <= 2 * len(at) + 4
+
+
+@pytest.mark.parametrize("seed", [2, 27])
+def test_a_hop_that_a_glitch_would_lose_is_observed_to_its_end(seed: int) -> None:
+    course = Course("hop", 3.0, ramp(18.27))
+    seen = film(twin_motion(course), "B", np.random.default_rng(seed))
+    system = Hopper(ROBOT, [measured_run(Run("hop run", "train", course, seen))])
+    vector = ParameterVector(system.parameters)
+    x = np.zeros(len(vector))
+    far = Estimator.of(system, vector, {group: 10 * q for group, q in system.strong.items()})
+    assert robust_sigma(far.innovations(x)[0].error, axis=0).max() > 0.05  # it is lost
+    estimator = refined(Estimator.of(system, vector, system.strong), x)
+    assert 0 < estimator.masks[0].sum() < 20
+    white = estimator.innovations(x)[0].white
+    assert np.sqrt(np.nanmean(white**2)) < 1.1

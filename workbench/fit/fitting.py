@@ -33,6 +33,7 @@ Array = NDArray[np.float64]
 _FIRST_S = 3.0
 _FAR = 5.0  # times the strong process noise, where nothing is known
 _GLITCH = 7.0  # deviations of one that is left out
+_WILD = 30.0  # noise deviations of one that may make a strongly corrected observer lose a hop
 
 _MOST = 10  # evaluations of the residuals in one stage
 _ROUNDS = 4  # of weighing noise and fitting, if the noise has not settled before
@@ -282,15 +283,35 @@ def refined(estimator: Estimator, x: Array) -> Estimator:
     """
     system = estimator.system
     whole = replace(estimator.with_noise(_far(system)), window=np.inf)
-    runs = range(len(system.names))
-    found = observe([whole.job(k, x, coarse=True) for k in runs], whole.threads)
-    gates = [_GLITCH * robust_sigma(one.error, axis=0) for one in found]
+    gates = _gates(whole, x)
     jobs = [whole.job(k, x, coarse=True, gate=gate) for k, gate in enumerate(gates)]
     found = observe(jobs, whole.threads, keep=True)
     masks = tuple(
         _glitches(one.error, job.seen, job.gates) for one, job in zip(found, jobs, strict=True)
     )
     return replace(estimator, system=system.refined([one.qpos for one in found]), masks=masks)
+
+
+def _gates(whole: Estimator, x: Array) -> list[Array]:
+    """Return beyond which a sample of each run is taken for a glitch, (c,) [unit of the channel].
+
+    A glitch kicks a strongly corrected state, and a kicked hop may be lost to its end, so that no
+    size of its errors says what is wild. Such a run is observed again without what is far beyond
+    its noise; the smaller errors count.
+
+    Args:
+        whole: the estimator of strong correction.
+        x: (p,) the minimiser's numbers [1].
+    """
+    system, runs = whole.system, range(len(whole.system.names))
+    found = observe([whole.job(k, x, coarse=True) for k in runs], whole.threads)
+    spread = [robust_sigma(one.error, axis=0) for one in found]
+    wild = [_WILD * system.sigma(k) for k in runs]
+    lost = [k for k in runs if (_GLITCH * spread[k] > wild[k]).any()]
+    again = [whole.job(k, x, coarse=True, gate=wild[k]) for k in lost]
+    for k, one in zip(lost, observe(again, whole.threads) if again else [], strict=True):
+        spread[k] = np.fmin(spread[k], robust_sigma(one.error, axis=0))
+    return [_GLITCH * one for one in spread]
 
 
 def _glitches(error: Array, seen: Array, gate: Array) -> NDArray[np.bool_]:
