@@ -18,10 +18,11 @@ PAGE = ROOT / "docs" / "explanation" / "architecture.md"
 WAYS = {"The way of a run": "#1f6fd0", "The way of a diagnosis": "#c4570a"}
 """Sections of the page, and the colour of their steps."""
 
-WIDTH, ROW, CHARACTER, GAP = 480, 26, 7.3, 8  # px
+WIDTH, LEFT, ROW, CHARACTER, GAP = 640, 36.0, 26, 7.3, 8  # px
 STYLE = "font: 12px ui-monospace, monospace"
 FRAME = '<rect x="0.5" y="0.5" width="{}" height="{}" rx="8" fill="#ffffff" stroke="#d0d4da"/>'
 ROOM = '<rect x="{:.0f}" y="{}" width="{:.0f}" height="20" rx="4" fill="{}" stroke="#b6bcc6"/>'
+BAND = '<line x1="8" y1="{0}" x2="{1}" y2="{0}" stroke="#d0d4da"/>'
 NAME = '<text x="{:.0f}" y="{}" fill="{}">{}</text>'
 
 
@@ -47,14 +48,18 @@ def drawn() -> str:
     """Return the picture."""
     ways = {colour: steps(title) for title, colour in WAYS.items()}
     parts, y = [], 12
-    for layer in layers():
-        x = 12.0
+    for number, layer in enumerate(layers(), start=1):
+        if number > 1:
+            parts.append(BAND.format(y, WIDTH - 8))
+            y += 6
+        parts.append(NAME.format(14, y + 14, "#6b7280", number))
+        x = LEFT
         for room in layer:
             own = {c: " ".join(map(str, way[room])) for c, way in ways.items() if room in way}
             words = [(room, "#1c2430"), *((text, colour) for colour, text in own.items())]
             width = sum(len(text) * CHARACTER + GAP for text, _ in words) + GAP
             if x + width > WIDTH - 8:
-                x, y = 12.0, y + ROW
+                x, y = LEFT, y + ROW
             parts.append(ROOM.format(x, y, width, "#eef3fb" if own else "#f7f8fa"))
             at = x + GAP
             for text, colour in words:
