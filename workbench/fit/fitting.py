@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 _FIRST_S = 3.0
 _FAR = 5.0  # times the strong process noise, where nothing is known
 _GLITCH = 7.0  # deviations of one that is left out
-_WILD = 30.0  # noise deviations of one that may make a strongly corrected observer lose a hop
+_WILD = 30.0  # sigma: a glitch that may make a strongly corrected observer lose a hop
 
 _MOST = 10  # evaluations of the residuals in one stage
 _ROUNDS = 4  # of weighing noise and fitting, if the noise has not settled before
