@@ -60,7 +60,7 @@ MEMORY = """
 import sys
 from workbench.bundle import Bundle
 from workbench.tracking import *
-from workbench.tracking import cells
+from workbench.tracking import csv_cells
 
 def peak():
     lines = open("/proc/self/status").read().splitlines()
