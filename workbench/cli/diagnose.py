@@ -92,8 +92,8 @@ def _rig(
     if file is not None and runs:
         raise InputError(f"{file} names its own runs; give either RUNS or --rig")
     if file is not None:
-        bundle_json = load_mechanism(file)
-        return bundle_json, dict(bundle_json.files), []
+        rig = load_mechanism(file)
+        return rig, dict(rig.files), []
     if not runs:
         raise InputError("nothing to diagnose: give RUNS, or --rig with a rig file")
     bundles = [Bundle.open(one) for one in runs_named(runs, folder)]
