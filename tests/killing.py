@@ -201,12 +201,11 @@ def kill_one(name: str, instant_s: float, folder: Path, device: Device) -> Kille
     while (left := until - time.monotonic()) > 0:
         lines += client.hear(left)
     guardian = next((event["pid"] for event in guardian_of(client.bundle)), None)
-    wait, supply = ProcessorWait(guardian, client.process.pid), ProcessorWait(device.pid)
+    wait = ProcessorWait(guardian, client.process.pid, device.pid)
     sent = client.kill(name)
     while found := client.hear(0.0):
         lines += found
     wait.look_until(sent + WATCHED_S)
-    supply_s = supply.look()
     history = device.history
     assert history[-1][1] == 0, f"{name} after {instant_s} s: the output is on"
     was_on = next((volts for t, volts in reversed(history) if t <= sent), 0.0) > 0
@@ -220,7 +219,7 @@ def kill_one(name: str, instant_s: float, folder: Path, device: Device) -> Kille
     confirmed = [e["time_s"] - sent for e in guardian_of(bundle) if e.get("confirmed")]
     confirmed_s = next((seconds for seconds in confirmed if seconds > 0), None)
     off_s = off_after(history, sent)
-    waited_s = wait.until(sent + max(off_s, confirmed_s or 0.0)) + supply_s
+    waited_s = wait.until(sent + max(off_s, confirmed_s or 0.0))
     return Killed(
         name,
         instant_s,
