@@ -109,12 +109,12 @@ class Lost:
 
     Args:
         case: it.
-        told_s: when a person could read that the output may be on, after the loss [s].
-        cause: the words in which that was told first.
+        reported_s: when a person could read that the output may be on, after the loss [s].
+        cause: the words in which that was reported first.
         off_s: for how long the terminals were live after the supply was back [s]; 0 when they
             were dead before.
-        told_waited_s: for how long guardian, client and this process waited for a processor from
-            the loss until it was told [s]: idle, 0.
+        report_waited_s: for how long guardian, client and this process waited for a processor from
+            the loss until it was reported [s]: idle, 0.
         off_waited_s: the same, from the return until off.
         false_off: what the record said while the terminals were live, if it said off.
         state: what the record says at the end.
@@ -123,10 +123,10 @@ class Lost:
     """
 
     case: Case
-    told_s: float = float("inf")
+    reported_s: float = float("inf")
     cause: str = ""
     off_s: float = float("inf")
-    told_waited_s: float = 0.0
+    report_waited_s: float = 0.0
     off_waited_s: float = 0.0
     false_off: str = ""
     state: str = ""
@@ -137,10 +137,10 @@ class Lost:
     def right(self) -> bool:
         """Whether all bars are held."""
         known = self.state == "off" or (self.state == "unknown" and self.case.kind == "foreign")
-        told = self.told_s <= BAR_S + self.told_waited_s
-        told = told or (self.case.client != "alive" and self.off_s == 0)
+        reported = self.reported_s <= BAR_S + self.report_waited_s
+        reported = reported or (self.case.client != "alive" and self.off_s == 0)
         off = self.off_s <= BAR_S + self.off_waited_s
-        return told and off and not self.false_off and not self.live and known
+        return reported and off and not self.false_off and not self.live and known
 
 
 class LossyLine:
@@ -440,7 +440,7 @@ def lose_one(case: Case, folder: Path, away_s: float = LOST_S) -> Lost:
             _look(found, line, folder, after, back + 2 * BAR_S)
             found.off_waited_s = after.until(back + found.off_s)
         _judge(found, terminal, lost)
-        found.told_waited_s = wait.until(lost + found.told_s)
+        found.report_waited_s = wait.until(lost + found.reported_s)
         found.state = fold(_events(folder)).state
         found.live = line.stub.terminals().live > 0
     finally:
@@ -474,7 +474,7 @@ def _judge(found: Lost, terminal: Terminal, lost: float) -> None:
     found.output = [f"{when:6.2f} {line}" for when, line in after]
     for when, line in after:
         if "OUTPUT MAY BE ON" in line and "by hand" in line:
-            found.told_s = when
+            found.reported_s = when
             found.cause = re.sub(r".*OUTPUT MAY BE ON \((.*?)\); switch.*", r"\1", line)
             return
 
@@ -496,14 +496,15 @@ def lose_many(cases: Sequence[Case], folder: Path) -> Iterator[Lost]:
 
 def table(found: Sequence[Lost]) -> str:
     """Return what was measured, one line a kind and client."""
-    lines = ["kind        client   cases  right  told after [s]   off after the return [s]  false"]
+    lines = ["kind        client   cases  right  reported [s]   off after the return [s]  false"]
     for kind, client in itertools.product(KINDS, CLIENTS):
         mine = [one for one in found if (one.case.kind, one.case.client) == (kind, client)]
         if mine:
-            told = max((one.told_s for one in mine if one.told_s < 60), default=float("nan"))
+            times = (one.reported_s for one in mine if one.reported_s < 60)
+            late = max(times, default=float("nan"))
             off = max(one.off_s for one in mine)
             right, false = sum(one.right for one in mine), sum(bool(one.false_off) for one in mine)
             lines.append(
-                f"{kind:11} {client:8} {len(mine):5} {right:6} {told:15.2f} {off:26.2f} {false:6}"
+                f"{kind:11} {client:8} {len(mine):5} {right:6} {late:13.2f} {off:26.2f} {false:6}"
             )
     return "\n".join(lines)

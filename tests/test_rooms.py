@@ -70,13 +70,13 @@ OF_THE_RECORD = re.compile(
 )
 READERS = ("workbench/bundle/", "workbench/output/", "workbench/hw/guardian/")
 """What knows the files and keys of a run: the record, and who writes the supply's own logs."""
-TOLD = {"workbench/catalogue/exported.py"}  # which explains to people what lies in an export
+EXPLAINS = {"workbench/catalogue/exported.py"}  # which explains to people what lies in an export
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.stem)
 def test_only_the_record_knows_its_files_and_keys(path: Path) -> None:
     name = path.relative_to(ROOT).as_posix()
-    if name.startswith(READERS) or name in TOLD:
+    if name.startswith(READERS) or name in EXPLAINS:
         return
     tree = ast.parse(path.read_text(encoding="utf-8"))
     prose = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}

@@ -113,7 +113,7 @@ class SecondCtrlC:
 
 
 def stopped(asked: Experiment, folder: Path, twice: SecondCtrlC) -> tuple[str, Bundle]:
-    """Begin a run, stop it, and return what was told and the bundle."""
+    """Begin a run, stop it, and return its message and the bundle."""
     bench = VirtualBench(asked.bench.content)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Record, "journal", lambda *words: twice.journal(*words))
@@ -121,9 +121,9 @@ def stopped(asked: Experiment, folder: Path, twice: SecondCtrlC) -> tuple[str, B
             list(carry_out(asked, bench, folder, QuietOperator(), lambda text: None))
         sys.settrace(None)
     end = caught.value
-    told = pending_interruption(end) if isinstance(end, KeyboardInterrupt) else end
+    message = pending_interruption(end) if isinstance(end, KeyboardInterrupt) else end
     assert not bench.device.output.on
-    return str(told), Bundle.open(next(folder.iterdir()))
+    return str(message), Bundle.open(next(folder.iterdir()))
 
 
 @posix
