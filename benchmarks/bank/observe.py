@@ -16,6 +16,7 @@ from scipy.signal import lfilter
 from benchmarks.bank.courses import RATE_HZ, TIP
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP
 from workbench.timeseries import TimeSeries
+from workbench.tracking import unwrapped
 
 __all__ = ["FAULTS", "NOISE_M", "Fault", "Filmed", "Noise", "film"]
 
@@ -58,10 +59,7 @@ class Filmed:
     def rotor_angle(self) -> Array:
         """Return the angle of the rotor about T, (n,) [rad], NaN where either was not seen."""
         arm = self.paths["rotor"] - self.paths["top"]
-        angle = np.arctan2(-arm[:, 2], arm[:, 0])
-        seen = np.isfinite(angle)
-        angle[seen] = np.unwrap(angle[seen])
-        return angle
+        return unwrapped(self.times, np.arctan2(-arm[:, 2], arm[:, 0])).angle
 
 
 def film(
