@@ -7,8 +7,8 @@ four pulls, S+D+H also three hops; two runs or more are held out.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from benchmarks.bank.observe import FAULTS, Filmed, Noise
 from workbench.diagnose import Trial
 
 __all__ = ["BLOCKS", "SIZES", "TIES", "TRAPS", "Block", "Case", "Made", "Plan", "Run", "draw_case",
-           "draw_cases", "plan_of", "plans"]  # fmt: skip
+           "draw_cases", "plan_of", "plans", "reduced"]  # fmt: skip
 
 Block = Literal["single", "null", "pair", "outside", "tie", "sensor", "trap"]
 Source = Literal["twin", "rod"]
@@ -132,6 +132,17 @@ def draw_cases(seed: int, count: int) -> list[Case]:
     for block in BLOCKS:
         blocks.extend(block for _ in range(counts[block]))
     return [draw_case(1000 * seed + k, block, k) for k, block in enumerate(blocks[:count])]
+
+
+def reduced(cases: Sequence[Case]) -> list[Case]:
+    """Return those cases that clamped runs and ring-downs show, with five runs of three seconds.
+
+    Ties are left out: they are made for a set of runs.
+    """
+    known = AMOUNTS | OUTSIDE_AMOUNTS
+    hop = {name for name, amount in known.items() if amount.shown == "hop"}
+    shown = [one for one in cases if hop.isdisjoint(one.causes)]
+    return [replace(one, protocols="S+D", reduced=True) for one in shown if one.block != "tie"]
 
 
 def draw_case(seed: int, block: Block, turn: int) -> Case:
