@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy
@@ -80,23 +81,14 @@ def fit_drive(
             strength by maximum likelihood); else it is taken for the turn of T.
         memory: correlation of the angle's noise with that of the sample before.
     """
-    seen = np.isfinite(angle)
-    t, a = times[seen], angle[seen]
-
-    def left(x: Array) -> Array:
-        return (a - x[3] - commanded_angle(t, steps, x[0], x[1], x[2])) / sigma
-
     spread = 1.0 if smooth else max(0.3 / sigma, 1.0)  # T turns by some tenths of a radian
-    found = scipy.optimize.least_squares(
-        left,
-        [1.0, _LAG_S, 0.0, float(a[0])],
-        loss="soft_l1",
-        f_scale=_ROBUST * spread,
-        bounds=([0.2, _LEAST_LAG_S, -0.5, -np.inf], [5.0, 2.0, 0.5, np.inf]),
-        x_scale=[0.01, 0.01, 0.01, 0.01],
-    )
-    gain, lag, delay, offset = found.x
-    smoothed = offset + commanded_angle(times, steps, gain, lag, delay)
+    seen = np.isfinite(angle)
+    found = _regressed(times[seen], angle[seen], steps, sigma, spread)
+    if smooth:  # a glitch in the first samples, where lag and delay show, still pulls at them
+        seen = calm(angle - _turned(times, steps, found.x), sigma)
+        found = _regressed(times[seen], angle[seen], steps, sigma, spread)
+    gain, lag, delay, _ = found.x
+    smoothed = _turned(times, steps, found.x)
     covariance = np.linalg.pinv(found.jac.T @ found.jac)
     rest = 0.0
     if smooth:
@@ -107,6 +99,23 @@ def fit_drive(
     )
 
 
+def _turned(times: Array, steps: Steps, x: Array) -> Array:
+    """Return the angle of gain, lag, delay and offset (4,), (n,) [rad]."""
+    return x[3] + commanded_angle(times, steps, x[0], x[1], x[2])
+
+
+def _regressed(times: Array, angle: Array, steps: Steps, sigma: float, spread: float) -> Any:
+    """Return scipy's result for gain, lag, delay and offset of an angle that was seen, (n,)."""
+    return scipy.optimize.least_squares(
+        lambda x: (angle - _turned(times, steps, x)) / sigma,
+        [1.0, _LAG_S, 0.0, float(angle[0])],
+        loss="soft_l1",
+        f_scale=_ROBUST * spread,
+        bounds=([0.2, _LEAST_LAG_S, -0.5, -np.inf], [5.0, 2.0, 0.5, np.inf]),
+        x_scale=[0.01, 0.01, 0.01, 0.01],
+    )
+
+
 def calm(left: Array, sigma: float) -> NDArray[np.bool_]:
     """Return which samples of a remainder, (n,), were seen and are no glitches.
 
@@ -114,7 +123,8 @@ def calm(left: Array, sigma: float) -> NDArray[np.bool_]:
         left: (n,) remainder of an angle [rad], NaN where not seen.
         sigma: standard deviation of its noise [rad].
     """
-    usual = scipy.ndimage.median_filter(np.nan_to_num(left), _NEIGHBOURS, mode="nearest")
+    # mirrored: a repeated first sample would be its own median
+    usual = scipy.ndimage.median_filter(np.nan_to_num(left), _NEIGHBOURS, mode="mirror")
     return np.asarray(np.isfinite(left) & (np.abs(left - usual) < _WILD * sigma))
 
 
