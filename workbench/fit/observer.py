@@ -28,7 +28,7 @@ __all__ = ["Found", "Innovations", "Job", "Observation", "Start", "Together", "o
 Array = NDArray[np.float64]
 
 _AT_ONCE = 8
-_LED = 3  # times the steps of a sample: a lead of up to three samples is in no longer steps
+_LED = 13  # times the steps of a sample: a lead of up to thirteen samples is in no longer steps
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 _SLIDE, _HINGE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE)
 _CURRENT = int(mujoco.mjtStage.mjSTAGE_VEL)

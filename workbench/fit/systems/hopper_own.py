@@ -12,7 +12,7 @@ from workbench.fit.parameters import Acts, Parameter, Scope
 __all__ = ["Own", "own_of"]
 
 _LEAST_LEAD_S = 1e-3
-_LATE_S = 4e-3
+_LATE_S = {"decay": 0.02, "drop": 4e-3}  # see `hopper_seen`
 _PLACE_M, _UNSEEN_M = 3e-4, 3e-3  # T's place on a ring-down: its rest seen in other runs, or not
 _HEIGHT_M = 1e-3
 
@@ -74,7 +74,7 @@ def own_of(
         return Own(stiffer, phase=phase)
     latest = first_s - _LEAST_LEAD_S
     late = Parameter(
-        f"release of {name}", "s", 0.0, _LATE_S, -latest, latest, Scope.RUN, Acts.START, k
+        f"release of {name}", "s", 0.0, _LATE_S[run.mode], -latest, latest, Scope.RUN, Acts.START, k
     )
     if run.mode == "decay":
         deviation = _PLACE_M if stood else _UNSEEN_M
