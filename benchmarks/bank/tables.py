@@ -71,7 +71,7 @@ def page(told: Told) -> str:
         "# The bank of hidden-effect cases",
         "",
         f"Written by `make bank SEED=n`, seeds {seeds}: {told.drawn} cases drawn, "
-        f"{len(told.judged)} judged{_by(told.engines)}. What a case is and how it is scored: "
+        f"{len(told.judged)} judged{_by(told.engines)}{_reduced(told.judged)}. What a case is and how it is scored: "
         "[the bank's own page](../decisions/0010-bank.md). Intervals are Wilson's at 90 %. Seconds "
         "are by the clock, with as many cases answered at once as there are cores. What limits it: "
         "[where the diagnosis ends](../explanation/diagnosis.md#where-it-ends).",
@@ -116,6 +116,12 @@ def _by(engines: Mapping[str, int]) -> str:
         return ""
     counts = ", ".join(f"{count} by {name}" for name, count in engines.items())
     return f" by {len(engines)} states of the engine ({counts})"
+
+
+def _reduced(judged: Sequence[Judged]) -> str:
+    """Return how many cases were reduced, in words, where any was."""
+    count = sum(bool(one.label.get("reduced")) for one in judged)
+    return f"; {count} of them reduced to five runs of three seconds without a hop" if count else ""
 
 
 def _beside_plain(told: Told) -> list[str]:
