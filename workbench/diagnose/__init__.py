@@ -25,11 +25,11 @@ from workbench.diagnose.decide import Kind, Part
 from workbench.diagnose.diagnosed import Diagnosed
 from workbench.diagnose.diagnosis import Diagnosis, diagnose
 from workbench.diagnose.drive import DRIVE
-from workbench.diagnose.facts import Trial
+from workbench.diagnose.facts import ProposedRun
 from workbench.diagnose.investigation import Round, investigate
 from workbench.diagnose.kept import extended_model_of, read_answer, write_answer
 from workbench.diagnose.mechanism import MechanismRig, load_mechanism
-from workbench.diagnose.missing import ABSENT, Dependence, Missing, missing_force
+from workbench.diagnose.missing import ABSENT, Dependence, MissingForceAnalysis, missing_force
 from workbench.diagnose.next_experiment import propose
 from workbench.diagnose.next_protocol import MENU, Following, following, next_object
 from workbench.diagnose.proposed import Proposal, minutes_of
@@ -54,13 +54,13 @@ __all__ = [
     "HopperRig",
     "Kind",
     "MechanismRig",
-    "Missing",
+    "MissingForceAnalysis",
     "Part",
     "Proposal",
+    "ProposedRun",
     "Rig",
     "Round",
     "Rules",
-    "Trial",
     "diagnose",
     "digits",
     "extended_model_of",

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Facts", "Fault", "Trial", "repeats_from"]
+__all__ = ["Facts", "Fault", "ProposedRun", "repeats_from"]
 
 _MOST_MEMORY = 0.95
 
@@ -46,7 +46,7 @@ class Fault:
 
 
 @dataclass(frozen=True)
-class Trial:
+class ProposedRun:
     """A run that nobody has made yet.
 
     Args:

@@ -24,7 +24,7 @@ from workbench.diagnose.wording import digits
 from workbench.fit import Hopper
 from workbench.noise import robust_sigma
 
-__all__ = ["ABSENT", "INDEPENDENT", "Dependence", "Missing", "missing_force"]
+__all__ = ["ABSENT", "INDEPENDENT", "Dependence", "MissingForceAnalysis", "missing_force"]
 
 Array = NDArray[np.float64]
 
@@ -115,7 +115,7 @@ class Dependence:
 
 
 @dataclass(frozen=True, eq=False)
-class Missing:
+class MissingForceAnalysis:
     """What a model misses in the fitted runs.
 
     Args:
@@ -136,7 +136,7 @@ class Missing:
         return max(self.forces, key=lambda one: one.rms)
 
 
-def missing_force(base: Hypothesis, rules: Rules = RULES) -> Missing | None:
+def missing_force(base: Hypothesis, rules: Rules = RULES) -> MissingForceAnalysis | None:
     """Return the force that a hypothesis misses in its fitted runs; None of another rig's.
 
     Args:
@@ -157,7 +157,7 @@ def missing_force(base: Hypothesis, rules: Rules = RULES) -> Missing | None:
     rows = _rows(forces, "time", [])
     power = float(np.mean(rows.force**2)) / rows.noise
     sentence = _sentence(found[0], misses) if power > _PRESENT else ABSENT
-    return Missing(forces, tuple(found), sentence, power)
+    return MissingForceAnalysis(forces, tuple(found), sentence, power)
 
 
 @dataclass(frozen=True, eq=False)

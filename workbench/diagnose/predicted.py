@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.facts import Trial
+from workbench.diagnose.facts import ProposedRun
 from workbench.diagnose.hypothetical import hypothetical_runs
 from workbench.diagnose.remaining import Remaining
 from workbench.diagnose.rig import HopperRig
@@ -56,7 +56,7 @@ class Predicted:
         self,
         left: Sequence[Remaining],
         setting: Setting,
-        menu: Sequence[Trial],
+        menu: Sequence[ProposedRun],
         longest: float = np.inf,
     ) -> None:
         self.left, self.setting = left, setting

@@ -25,7 +25,7 @@ from workbench.fit.measured import MeasuredRun, measured_run, measured_runs, pac
 from workbench.fit.minimise import ROUGH, Minimum, minimum, soft
 from workbench.fit.noise import coloured_noise
 from workbench.fit.observer import Innovations, Job, Observation, Start, observe
-from workbench.fit.online import LEAST_REST, Estimate, MissingForce, OnlineObserver
+from workbench.fit.online import LEAST_REST, Estimate, OnlineObserver, PointForces
 from workbench.fit.parameters import Acts, Parameter, ParameterVector, Scope
 from workbench.fit.prediction import predictions
 from workbench.fit.process import likeliest
@@ -66,7 +66,6 @@ __all__ = [
     "Kind",
     "MeasuredRun",
     "Minimum",
-    "MissingForce",
     "MjcfRun",
     "MjcfSystem",
     "Modes",
@@ -74,6 +73,7 @@ __all__ = [
     "OnlineObserver",
     "Parameter",
     "ParameterVector",
+    "PointForces",
     "Replay",
     "Scope",
     "Start",

@@ -23,7 +23,7 @@ from workbench.fit.correction import correct, predicted, translations
 from workbench.fit.gain import Gain
 from workbench.sim import Stepper, keep_engine_quiet, parallel_map
 
-__all__ = ["Found", "Innovations", "Job", "Observation", "Start", "Together", "observe"]
+__all__ = ["Innovations", "Job", "Observation", "SampleInnovations", "Start", "Together", "observe"]
 
 Array = NDArray[np.float64]
 
@@ -198,7 +198,7 @@ def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
     seen = _padded([job.seen for job in jobs], length, np.nan)
     control = _padded([job.control for job in jobs], length, 0.0)
     count, channels, modes = len(jobs), seen.shape[2], jobs[0].gain.basis.shape[1]
-    found = Found.of(length, count, channels, modes)
+    found = SampleInnovations.of(length, count, channels, modes)
     kept = [np.zeros((length if keep else 0, *part.shape)) for part in together.state]
     sane = np.full(count, length)
     for k in range(length):
@@ -207,7 +207,7 @@ def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
             sane[broken] = np.minimum(sane[broken], k)
         if keep:
             kept[0][k], kept[1][k] = together.state
-        together.correct(seen[:, k], Found(*(part[k] for part in found)))
+        together.correct(seen[:, k], SampleInnovations(*(part[k] for part in found)))
     rates = together.rates(found.slopes)
     return [
         Innovations(
@@ -221,7 +221,7 @@ def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
     ]
 
 
-class Found(NamedTuple):
+class SampleInnovations(NamedTuple):
     """What one sample, or many, (...), shows of s simulations; fields as those of `Innovations`.
 
     Args:
@@ -237,7 +237,7 @@ class Found(NamedTuple):
     slopes: Array
 
     @classmethod
-    def of(cls, *sizes: int) -> Found:
+    def of(cls, *sizes: int) -> SampleInnovations:
         """Return room for (..., s, c, m), nothing seen."""
         error, white = np.full((2, *sizes[:-1]), np.nan)
         return cls(error, white, np.zeros(sizes[:-2]), np.zeros(sizes))
@@ -295,7 +295,7 @@ class Together:
         self._stepper.step(samples * self._steps, rows)
         return self._stepper.broken
 
-    def correct(self, seen: Array, found: Found) -> None:
+    def correct(self, seen: Array, found: SampleInnovations) -> None:
         """Correct all simulations by one sample.
 
         Args:

@@ -33,7 +33,7 @@ from workbench.tracking.recipe import BodyReport, Cleaned, CleaningReport, Recip
 from workbench.tracking.rotor import RotorAngle, RotorSpeed, Turns, mean_speed, turns, unwrapped
 from workbench.tracking.row_writer import write_row
 from workbench.tracking.start_time import format_start_time
-from workbench.tracking.take import BodyTake, Cloud, Missing, Take
+from workbench.tracking.take import BodyTake, Cloud, SampleStatus, Take
 from workbench.tracking.track import Track, make_track
 
 __all__ = [
@@ -54,7 +54,6 @@ __all__ = [
     "FramePoints",
     "Harmonics",
     "MarkerPlaces",
-    "Missing",
     "Overrides",
     "RawBody",
     "RawPoints",
@@ -63,6 +62,7 @@ __all__ = [
     "RotorAngle",
     "RotorSpeed",
     "Sample",
+    "SampleStatus",
     "Stream",
     "Take",
     "Track",

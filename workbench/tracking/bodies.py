@@ -20,7 +20,7 @@ from workbench.tracking.length_unit import in_plausible_unit
 from workbench.tracking.parallel import parallel_map
 from workbench.tracking.pose import pitch_of
 from workbench.tracking.rigid_body import order_of_places
-from workbench.tracking.take import BodyTake, Missing, Take, any_finite, known
+from workbench.tracking.take import BodyTake, SampleStatus, Take, any_finite, known
 
 __all__ = ["MarkerPlaces", "RawBody", "RawPoints", "raw_points"]
 
@@ -43,7 +43,7 @@ class RawBody:
         pitch: (n,) rotation about +y [rad], NaN where unknown; None where the markers give none, of
             the foot where the file's pose gives none either. From given marker places it is
             absolute, else relative to the take's first half second.
-        missing: (n,) values of `Missing`; SEEN wherever `position` is known, GLITCH where the
+        missing: (n,) values of `SampleStatus`; SEEN wherever `position` is known, GLITCH where the
             markers do not fit the body.
         source: data that `position` was computed from, for the report.
         solved_source: the same for `solved`.
@@ -192,9 +192,9 @@ def _raw_body(
             f"{take.path}: body {body.name!r} is never seen; nothing can be made of it"
         )
     missing = body.missing.copy()
-    missing[body.seen] = Missing.BLANK
-    missing[located.strays] = Missing.GLITCH
-    missing[given] = Missing.SEEN
+    missing[body.seen] = SampleStatus.BLANK
+    missing[located.strays] = SampleStatus.GLITCH
+    missing[given] = SampleStatus.SEEN
     return RawBody(
         name=body.name,
         position=located.position,

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.tracking.missing import runs
-from workbench.tracking.take import BodyTake, Missing, Take, known
+from workbench.tracking.take import BodyTake, SampleStatus, Take, known
 
 __all__ = ["apart", "checked"]
 
@@ -37,7 +37,7 @@ def checked(take: Take) -> Take:
     """Return a take whose held samples do not count as seen, with warnings of contradictions."""
     held = {name: found for name, body in take.bodies.items() if (found := _held(body)) is not None}
     bodies = {
-        name: body.without(held[name].mask, Missing.FROZEN) if name in held else body
+        name: body.without(held[name].mask, SampleStatus.FROZEN) if name in held else body
         for name, body in take.bodies.items()
     }
     warnings = [*_on_holds(take, held), *_on_solved(take.bodies)]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.tracking.source import Source, listed
-from workbench.tracking.take import BodyTake, Missing, known
+from workbench.tracking.take import BodyTake, SampleStatus, known
 
 __all__ = [
     "MAKE_BODIES",
@@ -163,5 +163,5 @@ def _unposed(name: str, slots: tuple[str, ...], measured: NDArray[np.float64]) -
         measured=measured,
         solved=np.full_like(measured, np.nan),
         marker_names=slots,
-        missing=np.where(seen, Missing.SEEN, Missing.BLANK).astype(np.int8),
+        missing=np.where(seen, SampleStatus.SEEN, SampleStatus.BLANK).astype(np.int8),
     )

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.tracking.take import Missing, known
+from workbench.tracking.take import SampleStatus, known
 
 __all__ = ["gaps", "motive_missing", "never_moves", "runs", "without_zeros"]
 
@@ -28,7 +28,7 @@ def motive_missing(
     *,
     others_raw: bool = False,
 ) -> NDArray[np.int8]:
-    """Return (n,) values of `Missing`.
+    """Return (n,) values of `SampleStatus`.
 
     Raw markers decide where the file has them. Without them a repeated pose counts as frozen only
     from 0.04 s on (at least 5 samples), and never from the body's first pose: that body may still
@@ -47,18 +47,18 @@ def motive_missing(
     has_raw = bool(visible.any())
     repeat = _repeats(position, quaternion)
     if has_raw:
-        missing[~visible] = Missing.LOST
-        missing[~visible & repeat] = Missing.FROZEN
+        missing[~visible] = SampleStatus.LOST
+        missing[~visible & repeat] = SampleStatus.FROZEN
     zero = _is_zero_pose(position, quaternion) & ~(has_raw & visible)
-    missing[zero] = Missing.PLACEHOLDER
-    missing[~known(position)] = Missing.BLANK
+    missing[zero] = SampleStatus.PLACEHOLDER
+    missing[~known(position)] = SampleStatus.BLANK
     if has_raw:
         return missing
     least = max(_FROZEN_SAMPLES, round(_FROZEN_S * rate))
     _mark_frozen(missing, repeat, least)
-    seen = missing == Missing.SEEN
+    seen = missing == SampleStatus.SEEN
     if others_raw and never_moves(position[seen], quaternion[seen]):
-        missing[seen] = Missing.FROZEN
+        missing[seen] = SampleStatus.FROZEN
     return missing
 
 
@@ -125,7 +125,7 @@ def _is_zero_pose(
 
 
 def _mark_frozen(missing: NDArray[np.int8], repeat: NDArray[np.bool_], least: int) -> None:
-    for start, stop in runs(repeat & (missing == Missing.SEEN)):
-        first_pose = not (missing[: start - 1] == Missing.SEEN).any()
+    for start, stop in runs(repeat & (missing == SampleStatus.SEEN)):
+        first_pose = not (missing[: start - 1] == SampleStatus.SEEN).any()
         if stop - start >= least and not first_pose:
-            missing[start:stop] = Missing.FROZEN
+            missing[start:stop] = SampleStatus.FROZEN

@@ -22,7 +22,7 @@ from workbench.tracking.checks import apart, checked
 from workbench.tracking.clock import jitter
 from workbench.tracking.missing import without_zeros
 from workbench.tracking.start_time import format_start_time
-from workbench.tracking.take import BodyTake, Cloud, Missing, Take, known
+from workbench.tracking.take import BodyTake, Cloud, SampleStatus, Take, known
 
 if TYPE_CHECKING:
     from natnet import DataFrame, LabeledMarker, RigidBodyDescription
@@ -220,7 +220,7 @@ def _body(
         measured=measured,
         solved=solved,
         marker_names=tuple(f"Marker {k + 1}" for k in range(len(body.places))),
-        missing=np.where(seen, Missing.SEEN, Missing.LOST).astype(np.int8),
+        missing=np.where(seen, SampleStatus.SEEN, SampleStatus.LOST).astype(np.int8),
         reported_error=poses[:, 7],
     )
 

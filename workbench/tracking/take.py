@@ -15,14 +15,23 @@ from workbench.errors import InputError, did_you_mean
 from workbench.timeseries import TimeSeries
 from workbench.tracking.axes import Axes
 
-__all__ = ["BodyTake", "Cloud", "Missing", "Take", "any_finite", "known", "samples_of", "time_last"]
+__all__ = [
+    "BodyTake",
+    "Cloud",
+    "SampleStatus",
+    "Take",
+    "any_finite",
+    "known",
+    "samples_of",
+    "time_last",
+]
 
 _BLOCK = 4096  # samples
 _POSE = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
 
 
-class Missing(IntEnum):
-    """Why a sample of a body does not count as seen."""
+class SampleStatus(IntEnum):
+    """Whether a sample of a body counts as seen, and why not."""
 
     SEEN = 0
     BLANK = 1
@@ -53,7 +62,7 @@ class BodyTake:
         measured: (n, m, 3) markers as the cameras saw them [m], NaN where not seen.
         solved: (n, m, 3) markers as the fitted body places them [m].
         marker_names: m names; a slot is the same marker in `measured` and `solved`.
-        missing: (n,) values of `Missing`.
+        missing: (n,) values of `SampleStatus`.
         reported_error: (n,) the body's error by the export: [m] in Motive files, in an undocumented
             unit in row formats; None where the file gives none.
         marker_quality: (n, m) from 0 to 1 [1]; None where the file gives none.
@@ -75,9 +84,9 @@ class BodyTake:
     @property
     def seen(self) -> NDArray[np.bool_]:
         """(n,) True where the body was really seen."""
-        return self.missing == Missing.SEEN
+        return self.missing == SampleStatus.SEEN
 
-    def without(self, rows: NDArray[np.bool_], reason: Missing) -> BodyTake:
+    def without(self, rows: NDArray[np.bool_], reason: SampleStatus) -> BodyTake:
         """Return the body with its seen samples in some rows made missing.
 
         Args:
