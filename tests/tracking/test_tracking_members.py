@@ -7,7 +7,7 @@ from pathlib import Path
 
 import workbench.tracking as tracking
 
-ALLOWED = {"motion", "noise", "timeseries", "errors", "tracking"}
+ALLOWED = {"motion", "noise", "timeseries", "errors", "room_exports", "tracking"}
 
 
 def test_every_exported_name_exists_once() -> None:
