@@ -27,8 +27,8 @@ class DrivePart:
     Args:
         part: of the answer.
         causes: that it lists.
-        angles: of each run held out, the rotor's angle against T [rad] without a cause and with
-            those that hold; None where nothing is driven.
+        angles: (n,) of each run held out, the rotor's angle against T [rad] without a cause and
+            with those that hold; None where nothing is driven.
     """
 
     part: Part

@@ -22,7 +22,7 @@ class Facts:
         mode: what was done.
         role: `train` or `held_out`.
         channels: that are compared.
-        values: (n, c) of them, NaN where not seen.
+        values: (n, c) of them, NaN where not seen [unit of the channel].
     """
 
     name: str

@@ -189,7 +189,14 @@ class MechanismRig:
         angles: Sequence[NDArray[np.float64] | None] | None,
         threads: int = 0,
     ) -> Errors | None:
-        """Return how far some runs are from what the model predicts; of `Rig`."""
+        """Return how far some runs are from what the model predicts; of `Rig`.
+
+        Args:
+            runs: their numbers.
+            values: of the model's own numbers, where they are not those of its file.
+            angles: (n,) of each run, not used: a mechanism has inputs [rad].
+            threads: 0 takes all cores.
+        """
         return errors_in(self.system(runs, self.base), values or {}, threads) if runs else None
 
     def _of(self, runs: Sequence[int], free: Sequence[Free]) -> MjcfSystem:

@@ -42,7 +42,7 @@ class MeasuredRigRun:
         times: (n,) [s], even; zero is where the simulation begins.
         values: (n, c) of the channels [SI], NaN where not seen.
         input_times: (m,) of the same clock [s].
-        inputs: (m, i) in the order of the rig's inputs.
+        inputs: (m, i) in the order of the rig's inputs [SI].
     """
 
     name: str

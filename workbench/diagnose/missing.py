@@ -98,7 +98,7 @@ class Dependence:
         share: of the variance beyond that of noise, in pieces that the regression has not seen.
         law: the term that explains it nearly alone, or how it changes sides with speed; empty where
             neither is.
-        direction: (2,) forward and up, in which the force is given.
+        direction: (2,) forward and up, in which the force is given [1].
         where: what to call that direction.
         size: root mean square of the force in it [N].
         sign: 1 where it goes with the coordinate, -1 against it; 0 where it is across it.

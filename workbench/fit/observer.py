@@ -225,10 +225,10 @@ class SampleInnovations(NamedTuple):
     """What one sample, or many, (...), shows of s simulations; fields as those of `Innovations`.
 
     Args:
-        error: (..., s, c).
-        white: (..., s, c).
-        information: (..., s).
-        slopes: (..., s, c, m).
+        error: (..., s, c) [unit of the channel].
+        white: (..., s, c) [1].
+        information: (..., s) [1].
+        slopes: (..., s, c, m) [unit of the channel by m sqrt(kg)].
     """
 
     error: Array
@@ -286,9 +286,9 @@ class Together:
         """Step to the next sample and say which simulations blew up, (s,).
 
         Args:
-            control: (s, nu) until then.
+            control: (s, nu) until then [unit of the actuator].
             samples: to step over.
-            rows: which of them; all where left out.
+            rows: (k,) which of them; all where left out.
         """
         self._command[:] = control
         self._stepper.broken[:] = False  # corrected, it may go on
@@ -299,7 +299,7 @@ class Together:
         """Correct all simulations by one sample.
 
         Args:
-            seen: (s, c) measured channels, NaN where not seen.
+            seen: (s, c) measured, NaN where not seen [unit of the channel].
             found: written.
         """
         stepper = self._stepper
@@ -312,7 +312,11 @@ class Together:
         correct(*row)
 
     def rates(self, slopes: Array) -> Array:
-        """Return the derivatives of the channels by the coordinates' rates, as `slopes`."""
+        """Return `Innovations.rates`, (..., s, c, m) [unit of the channel by m sqrt(kg)/s].
+
+        Args:
+            slopes: (..., s, c, m) of `Innovations` [unit of the channel by m sqrt(kg)].
+        """
         pick_rate, delay, basis = self._view[2], self._view[4], self._gain[0]
         return pick_rate @ basis - delay[..., None] * slopes
 
