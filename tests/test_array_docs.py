@@ -121,7 +121,7 @@ def _arguments(where: str, kinds: dict[str, str], doc: Doc) -> Iterator[Passed]:
 
 def test_arrays_have_shape_and_unit_in_the_docstrings() -> None:
     found = list(passed())
-    assert len(found) > 250
+    assert len(found) > 850
     lacking = [one for one in found if not (one.shaped and one.measured)]
     share = 1 - len(lacking) / len(found)
     print(f"{share:.1%} of {len(found)} arrays have shape and unit")

@@ -50,7 +50,7 @@ class SmallMotions(NamedTuple):
         tip: T from the foot's centre, (n, 2) x, z [m].
         centre: centre of mass of all but the foot, (n, 2) x, z [m].
         omega: natural frequencies of the slowest modes, (n, 3) [rad/s]; 0 where it would buckle.
-        swing: (x, z) of T in each mode of unit modal mass, (n, 2, 3) [1/sqrt(kg)].
+        swing: (n, 2, 3) x and z of T in each mode of unit modal mass [kg^-0.5].
         lowest: height of the strip's lowest point above its root, (n,) [m].
     """
 
@@ -105,7 +105,7 @@ def small_motions(
 
 
 def descriptors(motions: SmallMotions) -> NDArray[np.float64]:
-    """Return what distinguishes shapes, (n, 13), its columns as in `DESCRIPTORS`.
+    """Return what distinguishes shapes, (n, 13) [unit of each], its columns as in `DESCRIPTORS`.
 
     Of the two slowest modes the one that swings T more up as it goes forward is called rising, the
     other falling. Either can be the slower one, and what drives the hop is the rising one: the best

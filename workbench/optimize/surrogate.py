@@ -29,8 +29,8 @@ def learn_scales(
     """Return the most likely scales: logarithms of variance, lengths and noise.
 
     Args:
-        described: (n, f) in units of the descriptors' spread.
-        scores: (n,), more is better.
+        described: (n, f) [spreads of the descriptors].
+        scores: (n,) more is better [unit of the score].
         begin: where to look from beside the usual place, those learnt before; empty for none.
     """
     from sklearn.exceptions import ConvergenceWarning
@@ -49,8 +49,8 @@ class Surrogate:
     """Predicts the scores of candidates, and how sure that is.
 
     Args:
-        described: (n, f) in units of the descriptors' spread.
-        scores: (n,), more is better.
+        described: (n, f) [spreads of the descriptors].
+        scores: (n,) more is better [unit of the score].
         scales: as `learn_scales` gave them.
     """
 
@@ -63,14 +63,22 @@ class Surrogate:
     def predict(
         self, described: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return mean and standard deviation of the scores, each (m,)."""
+        """Return mean and standard deviation of the scores, each (m,) [unit of the score].
+
+        Args:
+            described: (m, f) [spreads of the descriptors].
+        """
         mean, deviation = self._process.predict(described, return_std=True)
         return mean, deviation
 
     def together(
         self, described: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the mean (m,) and the covariance (m, m) of the scores."""
+        """Return mean, (m,) [unit of the score], and covariance, (m, m) [its square].
+
+        Args:
+            described: (m, f) [spreads of the descriptors].
+        """
         mean, covariance = self._process.predict(described, return_cov=True)
         return mean, covariance
 

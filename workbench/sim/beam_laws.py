@@ -91,11 +91,11 @@ def play_torque(
     """Cancel the torque of the foot joint's spring within the play.
 
     Args:
-        p: numbers of the laws, as in the numeric field.
-        q: qpos.
-        stiffness: jnt_stiffness [N m/rad].
-        rest: qpos_spring.
-        out: (nv,) qfrc_passive.
+        p: (10,) numbers of the laws, as in the numeric field [SI].
+        q: (nq,) qpos [m, rad].
+        stiffness: (njnt,) jnt_stiffness [N m/rad].
+        rest: (nq,) qpos_spring [m, rad].
+        out: (nv,) qfrc_passive [N, N m].
     """
     joint, i, dof, gap = int(p[1]), int(p[2]), int(p[3]), p[5]
     out[dof] += stiffness[joint] * min(max(q[i] - rest[i], -gap), gap)
@@ -108,7 +108,7 @@ def top_force(
     """Return drag and pull at T [N].
 
     Args:
-        p: numbers of the laws, as in the numeric field.
+        p: (10,) numbers of the laws, as in the numeric field [SI].
         x: position of T, forward [m].
         vx: velocity of T forward [m/s].
         vy: to the left [m/s].
@@ -132,12 +132,13 @@ def top_forces(
     Written in scalars: an array made here would be an allocation in every step.
 
     Args:
-        p: numbers of the laws, as in the numeric field.
+        p: (10,) numbers of the laws, as in the numeric field [SI].
         positions: (nbody, 3) xpos, of the bodies [m].
         centres: (nbody, 3) subtree_com [m].
-        axes: (nv, 6) cdof, turning and moving of each degree of freedom about the centre.
+        axes: (nv, 6) cdof, turning and moving of each degree of freedom about the centre [rad, m by
+            unit of qpos].
         speeds: (nbody, 6) cvel, of the bodies about the same centre [rad/s], [m/s].
-        out: (nv,) qfrc_passive; its last entry is the rotor's, with which T does not turn.
+        out: (nv,) qfrc_passive [N, N m]; its last entry is the rotor's, with which T does not turn.
     """
     at, turn, centre = positions[int(p[4])], speeds[int(p[4])], centres[_FOOT]
     x, y, z = at[0] - centre[0], at[1] - centre[1], at[2] - centre[2]

@@ -146,7 +146,11 @@ def extend_ground(spec: mujoco.MjSpec, name: ExtraTerm, by: float) -> None:
 
 
 def corner_records(userdata: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return recorded userdata as (n, 4 corners, 5 fields), fields as in `CORNER_FIELDS`."""
+    """Return recorded userdata by corner, (..., 4, 7) [units of `CORNER_FIELDS`].
+
+    Args:
+        userdata: (..., 28) as recorded [units of `CORNER_FIELDS`].
+    """
     return userdata.reshape(*userdata.shape[:-1], CORNERS, _WIDTH)
 
 
@@ -229,6 +233,13 @@ def foot_forces(
     """Add the corners' forces to the foot's free joint: force in the world, torque in the body.
 
     Written in scalars: an array made here would be an allocation in every step.
+
+    Args:
+        p: (18,) numeric field [SI].
+        q: (nq,) qpos, of which the first 7 are the foot's [m, 1, rad].
+        v: (nv,) qvel, of which the first 6 are the foot's [m/s, rad/s].
+        user: (28,) corners, updated [units of `CORNER_FIELDS`].
+        out: (nv,) forces, added to [N, N m].
     """
     w, x, y, z = q[3], q[4], q[5], q[6]
     xx, xy, xz = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
@@ -266,7 +277,14 @@ def planar_forces_again(
     user: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """Add the forces that `user` has of the same state, without a second update of its corners."""
+    """Add the forces that `user` has of the same state, without a second update of its corners.
+
+    Args:
+        p: (18,) numeric field [SI].
+        q: (n,) coordinates, of which the first 3 are the foot's [m, rad].
+        user: (28,) corners [units of `CORNER_FIELDS`].
+        out: (n,) forces, of which the first 3 are added to [N, N m].
+    """
     c, s = np.cos(q[2]), np.sin(q[2])
     for k in range(CORNERS):
         corner = user[k * _WIDTH : (k + 1) * _WIDTH]
@@ -284,7 +302,15 @@ def planar_forces(
     user: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """Add the corners' forces to the foot's joints x, z and pitch."""
+    """Add the corners' forces to the foot's joints x, z and pitch.
+
+    Args:
+        p: (18,) numeric field [SI].
+        q: (n,) coordinates, of which the first 3 are the foot's [m, rad].
+        v: (n,) their rates [m/s, rad/s].
+        user: (28,) corners, updated [units of `CORNER_FIELDS`].
+        out: (n,) forces, of which the first 3 are added to [N, N m].
+    """
     c, s = np.cos(q[2]), np.sin(q[2])
     for k in range(CORNERS):
         corner = user[k * _WIDTH : (k + 1) * _WIDTH]

@@ -22,7 +22,13 @@ Offsets = Callable[[NDArray[np.intp]], NDArray[np.float64]]
 
 
 class Bridge(NamedTuple):
-    """Points (n, 3) [m], (n,) True where one was extrapolated, and the error of doing so [m]."""
+    """Points of a track, some of them extrapolated.
+
+    Args:
+        position: (n, 3) [m].
+        bridged: (n,) True where one was extrapolated.
+        error: of doing so [m].
+    """
 
     position: NDArray[np.float64]
     bridged: NDArray[np.bool_]

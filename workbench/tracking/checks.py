@@ -47,7 +47,12 @@ def checked(take: Take) -> Take:
 
 
 def apart(solved: NDArray[np.float64], measured: NDArray[np.float64]) -> float:
-    """Return the median distance of solved from measured markers (n, m, 3) [m], NaN if none."""
+    """Return the median distance of solved from measured markers [m], NaN if none.
+
+    Args:
+        solved: (n, m, 3) [m].
+        measured: (n, m, 3) [m], NaN where not seen.
+    """
     some = slice(None, None, max(1, len(solved) // _LOOKED_AT))
     off = np.linalg.norm(measured[some] - solved[some], axis=2)
     off = off[np.isfinite(off)]

@@ -31,7 +31,12 @@ _LOOK_BACK = 3  # stretches; one or two of strays may lie between
 
 
 class Untangled(NamedTuple):
-    """(n, m, 3) markers, each in its own slot; (n,) True where an exchange was undone."""
+    """Markers of a body after exchanges were undone.
+
+    Args:
+        cloud: (n, m, 3) markers, each in its own slot [m].
+        exchanged: (n,) True where an exchange was undone.
+    """
 
     cloud: NDArray[np.float64]
     exchanged: NDArray[np.bool_]
@@ -81,7 +86,14 @@ def untangle(
 def exchange_summary(
     times: NDArray[np.float64], exchanged: NDArray[np.bool_], whose: str, what: str = "markers"
 ) -> str | None:
-    """Return a sentence on the exchanges undone, or None where there were none."""
+    """Return a sentence on the exchanges undone, or None where there were none.
+
+    Args:
+        times: (n,) [s].
+        exchanged: (n,) where an exchange was undone.
+        whose: the body.
+        what: was exchanged.
+    """
     count = int(np.count_nonzero(exchanged))
     if not count:
         return None

@@ -107,7 +107,15 @@ def merge(
     label: str,
     source: Source,
 ) -> None:
-    """Add one column's samples (n, 3) to a marker's path; it may continue in a second column."""
+    """Add one column's samples to a marker's path; it may continue in a second column.
+
+    Args:
+        paths: (n, 3) of each marker, added to [m].
+        slot: of the marker.
+        found: (n, 3) samples [m].
+        label: of the column.
+        source: that is warned.
+    """
     if slot not in paths:
         paths[slot] = found
         return
@@ -124,7 +132,13 @@ def merge(
 def side_by_side(
     paths: dict[str, NDArray[np.float64]], slots: Sequence[str], n: int
 ) -> NDArray[np.float64]:
-    """Return (n, len(slots), 3), NaN for a marker without a path."""
+    """Return (n, k, 3) [m], NaN for a marker without a path.
+
+    Args:
+        paths: (n, 3) of each marker [m].
+        slots: the k markers.
+        n: samples.
+    """
     given = [paths[slot] for slot in slots if slot in paths]
     if given and len(given) == len(slots) and (view := _evenly_apart(given)) is not None:
         return view

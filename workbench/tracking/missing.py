@@ -36,9 +36,9 @@ def motive_missing(
     through was never tracked.
 
     Args:
-        position: (n, 3) NaN where blank.
-        quaternion: (n, 4) w, x, y, z.
-        measured: (n, m, 3) raw markers, NaN where not seen.
+        position: (n, 3) NaN where blank [m].
+        quaternion: (n, 4) w, x, y, z [1].
+        measured: (n, m, 3) raw markers, NaN where not seen [m].
         rate: [Hz].
         others_raw: whether the file has raw markers of other bodies.
     """
@@ -63,7 +63,12 @@ def motive_missing(
 
 
 def never_moves(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> bool:
-    """Return whether poses (k, 3), (k, 4) w, x, y, z are one and the same; three at the least."""
+    """Return whether poses are one and the same; three at the least.
+
+    Args:
+        position: (k, 3) [m].
+        quaternion: (k, 4) w, x, y, z [1].
+    """
     poses = np.hstack([position, np.nan_to_num(quaternion)])
     return len(poses) >= _STILL_SAMPLES and bool((poses == poses[0]).all())
 
@@ -71,7 +76,7 @@ def never_moves(position: NDArray[np.float64], quaternion: NDArray[np.float64]) 
 def without_zeros(
     points: NDArray[np.float64], whose: str, indices: NDArray[np.int64], warn: Callable[[str], None]
 ) -> NDArray[np.float64]:
-    """Return points (..., 3) with NaN in place of exact zeros, which exporters write for NaN.
+    """Return points, (n, k, 3) [m], with NaN for exact zeros, which exporters write for NaN.
 
     Args:
         points: (n, k, 3) [m], NaN where not seen.
@@ -94,13 +99,21 @@ def without_zeros(
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return start and stop (one past the end) of each run of True."""
+    """Return start and stop (one past the end) of each run of True.
+
+    Args:
+        mask: (n,) any.
+    """
     edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(np.int8), [0]))))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def gaps(seen: NDArray[np.bool_]) -> tuple[int, int]:
-    """Return the number of gaps and the length of the longest one in samples."""
+    """Return the number of gaps and the length of the longest one in samples.
+
+    Args:
+        seen: (n,) True where seen.
+    """
     lengths = [stop - start for start, stop in runs(~seen)]
     return len(lengths), max(lengths, default=0)
 

@@ -86,7 +86,11 @@ Recipe = Callable[[RawPoints], Cleaned]
 
 
 def advancing(times: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Return the samples later than all before, (m,); rewritten files repeat frames."""
+    """Return the samples later than all before, (m,); rewritten files repeat frames.
+
+    Args:
+        times: (n,) [s].
+    """
     given = np.where(np.isfinite(times), times, -np.inf)
     before = np.concatenate(([-np.inf], np.maximum.accumulate(given)[:-1]))
     return np.flatnonzero(given > before)

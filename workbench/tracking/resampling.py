@@ -41,7 +41,13 @@ def even_grid(times: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
 def nearest_sample(
     times: NDArray[np.float64], grid: NDArray[np.float64], rate: float
 ) -> NDArray[np.intp]:
-    """Return the index of the sample nearest to each grid time, (k,), or ABSENT."""
+    """Return the index of the sample nearest to each grid time, (k,), or ABSENT.
+
+    Args:
+        times: (n,) increasing [s].
+        grid: (k,) [s].
+        rate: of the grid [Hz].
+    """
     right = np.clip(np.searchsorted(times, grid), 1, max(len(times) - 1, 1))
     left = right - 1
     right = np.minimum(right, len(times) - 1)
@@ -57,14 +63,14 @@ def on_grid(
     source: NDArray[np.intp],
     longest_gap: float,
 ) -> NDArray[np.float64]:
-    """Return values (k, d) at the grid times, NaN where the sample of that time is not known.
+    """Return values, (k, d) [as given], at the grid times, NaN where that sample is not known.
 
     Samples that lie on the grid are taken as they are. Where a clock jitters, a cubic spline
     through the known samples moves them; it never runs across more than `longest_gap` [s].
 
     Args:
         times: (n,) increasing [s].
-        values: (n, d) NaN where not known.
+        values: (n, d) NaN where not known [any unit].
         grid: (k,) [s].
         source: (k,) as `nearest_sample` gives it.
         longest_gap: [s].

@@ -247,22 +247,34 @@ class Take:
 
 
 def known(points: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return (...,) True where all coordinates of points (..., k) are finite."""
+    """Return (...,) True where all coordinates of a point are finite.
+
+    Args:
+        points: (..., k) [any unit].
+    """
     # a sum is finite where all its parts are; reducing flags along a short axis is slow
     return np.isfinite(np.einsum("...k->...", points))
 
 
 def any_finite(values: NDArray[np.float64]) -> bool:
-    """Return whether any of some values (n, ...) is finite; stop at the first."""
+    """Return whether any value is finite; stop at the first.
+
+    Args:
+        values: (n, ...) [any unit].
+    """
     starts = range(0, len(values), _BLOCK)
     return any(bool(np.isfinite(values[at : at + _BLOCK]).any()) for at in starts)
 
 
 def samples_of(values: NDArray[np.float64], rows: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Return some samples (k, ...) of values (n, ...), with samples along the fast axis.
+    """Return some samples, (k, ...) [as given], with samples along the fast axis.
 
     A fifth of the time of `values[rows]`, and what follows along that axis is faster too. Nothing
     is copied where all samples are wanted.
+
+    Args:
+        values: (n, ...) [any unit].
+        rows: (k,) which of them.
     """
     if len(rows) == len(values) and (rows == np.arange(len(rows))).all():
         return values
@@ -270,9 +282,12 @@ def samples_of(values: NDArray[np.float64], rows: NDArray[np.intp]) -> NDArray[n
 
 
 def time_last(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return values (n, ...) as (..., n) in one piece of memory, for compiled loops over samples.
+    """Return (..., n) [as given] in one piece of memory, for compiled loops over samples.
 
     Nothing is copied where samples run along the fast axis already, as they do behind a reader.
+
+    Args:
+        values: (n, ...) [any unit].
     """
     return np.ascontiguousarray(np.moveaxis(values, 0, -1))
 

@@ -87,7 +87,7 @@ class FilmStage:
 
     Args:
         comparison: the run.
-        times: the instants that can be shown [s], increasing.
+        times: (n,) the instants that can be shown [s], increasing.
         width: of the picture [px].
         height: of the picture [px].
     """
