@@ -28,6 +28,8 @@ __all__ = [
     "within_play",
 ]
 
+Array = NDArray[np.float64]
+
 LAWS_MAGIC = 3.4e8  # fig. 3.4 has none of these
 """First number of the numeric field, by which it is recognized."""
 LAWS_PARAMETERS = 10
@@ -81,13 +83,7 @@ def _addresses(spec: mujoco.MjSpec) -> tuple[int, int, int, int]:
 
 
 @numba.njit(cache=True)
-def play_torque(
-    p: NDArray[np.float64],
-    q: NDArray[np.float64],
-    stiffness: NDArray[np.float64],
-    rest: NDArray[np.float64],
-    out: NDArray[np.float64],
-) -> None:
+def play_torque(p: Array, q: Array, stiffness: Array, rest: Array, out: Array) -> None:
     """Cancel the torque of the foot joint's spring within the play.
 
     Args:
@@ -102,9 +98,7 @@ def play_torque(
 
 
 @numba.njit(cache=True)
-def top_force(
-    p: NDArray[np.float64], x: float, vx: float, vy: float, vz: float
-) -> tuple[float, float, float]:
+def top_force(p: Array, x: float, vx: float, vy: float, vz: float) -> tuple[float, float, float]:
     """Return drag and pull at T [N].
 
     Args:
@@ -120,12 +114,7 @@ def top_force(
 
 @numba.njit(cache=True)
 def top_forces(
-    p: NDArray[np.float64],
-    positions: NDArray[np.float64],
-    centres: NDArray[np.float64],
-    axes: NDArray[np.float64],
-    speeds: NDArray[np.float64],
-    out: NDArray[np.float64],
+    p: Array, positions: Array, centres: Array, axes: Array, speeds: Array, out: Array
 ) -> None:
     """Add drag and pull at T to the forces of the degrees of freedom.
 

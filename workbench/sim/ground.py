@@ -52,6 +52,8 @@ __all__ = [
     "planar_forces_again",
 ]
 
+Array = NDArray[np.float64]
+
 CORNERS = 4
 CORNER_FIELDS = (
     "state", "anchor_m", "force_x_N", "force_y_N", "force_z_N", "touching", "speed_x_m_s",
@@ -145,7 +147,7 @@ def extend_ground(spec: mujoco.MjSpec, name: ExtraTerm, by: float) -> None:
         ground.data[_EXTRA_TERMS[name]] += by
 
 
-def corner_records(userdata: NDArray[np.float64]) -> NDArray[np.float64]:
+def corner_records(userdata: Array) -> Array:
     """Return recorded userdata by corner, (..., 4, 7) [units of `CORNER_FIELDS`].
 
     Args:
@@ -155,7 +157,7 @@ def corner_records(userdata: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @numba.njit(cache=True)
-def _normal(p: NDArray[np.float64], corner: NDArray[np.float64], z: float, vz: float) -> float:
+def _normal(p: Array, corner: Array, z: float, vz: float) -> float:
     """Return the upward force of one corner at a height (thesis, eq. 3.1 and 3.2)."""
     touching, stiffness, damping, step = corner[5], p[3], p[4], p[17]
     if z <= 0.0:
@@ -169,9 +171,7 @@ def _normal(p: NDArray[np.float64], corner: NDArray[np.float64], z: float, vz: f
 
 
 @numba.njit(cache=True)
-def _friction(
-    p: NDArray[np.float64], corner: NDArray[np.float64], x: float, vx: float, fz: float
-) -> float:
+def _friction(p: Array, corner: Array, x: float, vx: float, fz: float) -> float:
     """Return the forward force of one corner and update its state (thesis, fig. 3.4)."""
     v_th, stiffness, damping, step = p[9], p[10], p[11], p[17]
     v_before = corner[6]
@@ -223,13 +223,7 @@ def _friction(
 
 
 @numba.njit(cache=True)
-def foot_forces(
-    p: NDArray[np.float64],
-    q: NDArray[np.float64],
-    v: NDArray[np.float64],
-    user: NDArray[np.float64],
-    out: NDArray[np.float64],
-) -> None:
+def foot_forces(p: Array, q: Array, v: Array, user: Array, out: Array) -> None:
     """Add the corners' forces to the foot's free joint: force in the world, torque in the body.
 
     Written in scalars: an array made here would be an allocation in every step.
@@ -271,12 +265,7 @@ def foot_forces(
 
 
 @numba.njit(cache=True)
-def planar_forces_again(
-    p: NDArray[np.float64],
-    q: NDArray[np.float64],
-    user: NDArray[np.float64],
-    out: NDArray[np.float64],
-) -> None:
+def planar_forces_again(p: Array, q: Array, user: Array, out: Array) -> None:
     """Add the forces that `user` has of the same state, without a second update of its corners.
 
     Args:
@@ -295,13 +284,7 @@ def planar_forces_again(
 
 
 @numba.njit(cache=True)
-def planar_forces(
-    p: NDArray[np.float64],
-    q: NDArray[np.float64],
-    v: NDArray[np.float64],
-    user: NDArray[np.float64],
-    out: NDArray[np.float64],
-) -> None:
+def planar_forces(p: Array, q: Array, v: Array, user: Array, out: Array) -> None:
     """Add the corners' forces to the foot's joints x, z and pitch.
 
     Args:

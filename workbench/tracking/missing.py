@@ -15,18 +15,15 @@ from workbench.tracking.take import SampleStatus, known
 
 __all__ = ["gaps", "motive_missing", "never_moves", "runs", "without_zeros"]
 
+Array = NDArray[np.float64]
+
 _FROZEN_S = 0.04
 _FROZEN_SAMPLES = 5  # shorter exact repeats occur in real files of bodies that were seen
 _STILL_SAMPLES = 3
 
 
 def motive_missing(
-    position: NDArray[np.float64],
-    quaternion: NDArray[np.float64],
-    measured: NDArray[np.float64],
-    rate: float,
-    *,
-    others_raw: bool = False,
+    position: Array, quaternion: Array, measured: Array, rate: float, *, others_raw: bool = False
 ) -> NDArray[np.int8]:
     """Return (n,) values of `SampleStatus`.
 
@@ -62,7 +59,7 @@ def motive_missing(
     return missing
 
 
-def never_moves(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> bool:
+def never_moves(position: Array, quaternion: Array) -> bool:
     """Return whether poses are one and the same; three at the least.
 
     Args:
@@ -74,8 +71,8 @@ def never_moves(position: NDArray[np.float64], quaternion: NDArray[np.float64]) 
 
 
 def without_zeros(
-    points: NDArray[np.float64], whose: str, indices: NDArray[np.int64], warn: Callable[[str], None]
-) -> NDArray[np.float64]:
+    points: Array, whose: str, indices: NDArray[np.int64], warn: Callable[[str], None]
+) -> Array:
     """Return points, (n, k, 3) [m], with NaN for exact zeros, which exporters write for NaN.
 
     Args:
@@ -118,7 +115,7 @@ def gaps(seen: NDArray[np.bool_]) -> tuple[int, int]:
     return len(lengths), max(lengths, default=0)
 
 
-def _repeats(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _repeats(position: Array, quaternion: Array) -> NDArray[np.bool_]:
     same = np.zeros(len(position), dtype=bool)
     alike = np.arange(1, len(position))
     for column in position.T:  # what differs in one of them is not looked at again
@@ -128,9 +125,7 @@ def _repeats(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> 
     return same
 
 
-def _is_zero_pose(
-    position: NDArray[np.float64], quaternion: NDArray[np.float64]
-) -> NDArray[np.bool_]:
+def _is_zero_pose(position: Array, quaternion: Array) -> NDArray[np.bool_]:
     zero = (position[:, 0] == 0) & (position[:, 1] == 0) & (position[:, 2] == 0)
     turn = quaternion[zero]
     zero[zero] = np.isnan(turn).any(axis=1) | (turn[:, 1:] == 0).all(axis=1)
