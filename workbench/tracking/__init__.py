@@ -25,7 +25,6 @@ from workbench.tracking.cleaning import CLEANING
 from workbench.tracking.exchanges import Exchange
 from workbench.tracking.floor import Floor, fit_floor
 from workbench.tracking.motive_writer import write_motive
-from workbench.tracking.motor_speed import motor_speed_fft, motor_speed_thesis
 from workbench.tracking.natnet_frames import Body, Sample
 from workbench.tracking.natnet_recorder import Recorder, Stream, record
 from workbench.tracking.noise import ChannelNoise, Harmonics, noise_floor, synchronous
