@@ -15,6 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from motor_speed import motor_speed_fft, motor_speed_thesis
 from numpy.typing import NDArray
 
 from tests.bundles import manifest_of
@@ -27,7 +28,7 @@ from workbench.run import Experiment, QuietOperator, carry_out, load_bench
 from workbench.run.bench import VirtualBench
 from workbench.schemas import Protocol, load, load_model, load_shape, make_plan
 from workbench.timeseries import TimeSeries
-from workbench.tracking import mean_speed, motor_speed_fft, motor_speed_thesis
+from workbench.tracking import mean_speed
 
 PROTOCOL = Path(__file__).resolve().parents[1] / "protocols" / "speed-voltage.yaml"
 RATE_HZ = 120.0

@@ -35,7 +35,7 @@ from workbench.tracking import (
     Axes,
     BodyNames,
     Cleaned,
-    Missing,
+    SampleStatus,
     Take,
     Track,
     make_track,
@@ -214,8 +214,8 @@ def errors(
             valid = done.columns.validity(names[0])
             told = done.raw_missing[role]
             left[role].append(apart[role][valid])
-            missed = np.count_nonzero(aside & (told == Missing.SEEN))
-            wronged = np.count_nonzero(~aside & (told == Missing.GLITCH))
+            missed = np.count_nonzero(aside & (told == SampleStatus.SEEN))
+            wronged = np.count_nonzero(~aside & (told == SampleStatus.GLITCH))
             counts[role] += [missed, wronged, np.mean(valid) / len(seeds)]
     blurred = blur(bench, truth, recipe)
     return {

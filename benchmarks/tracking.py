@@ -37,7 +37,7 @@ from workbench.tracking import (
     BodyNames,
     BodyTake,
     Cloud,
-    Missing,
+    SampleStatus,
     Take,
     Track,
     make_track,
@@ -135,7 +135,7 @@ def body(name: str, number: int, path: NDArray[np.float64], rng: np.random.Gener
         measured=np.where(lost[:, None, None], np.nan, measured),
         solved=solved,
         marker_names=tuple(f"Marker {k + 1}" for k in range(len(PLACES))),
-        missing=np.where(lost, Missing.LOST, Missing.SEEN).astype(np.int8),
+        missing=np.where(lost, SampleStatus.LOST, SampleStatus.SEEN).astype(np.int8),
     )
 
 

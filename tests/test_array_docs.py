@@ -1,9 +1,9 @@
-"""Whoever passes an array to a room, or gets one, reads its shape and its unit.
+"""Whoever passes an array to a function, or gets one, reads its shape and its unit.
 
-Counted is each array among the parameters, fields and results of what rooms export: its text in the
-docstring has a shape such as "(n, 3)" and a unit such as "[m]"; "[1]" where it has no dimension.
-Whole numbers, truth values and names need a shape alone. `python -m tests.test_array_docs` lists
-what lacks either.
+Counted is each array among the parameters, fields and results of what is public in any module: its
+text in the docstring has a shape such as "(n, 3)" and a unit such as "[m]"; "[1]" where it has no
+dimension. Whole numbers, truth values and names need a shape alone.
+`python -m tests.test_array_docs` lists what lacks either.
 """
 
 from __future__ import annotations
@@ -75,14 +75,12 @@ class Doc(NamedTuple):
 
 
 def passed() -> Iterator[Passed]:
-    """Yield every array of what the rooms export, each once."""
-    seen = set()
-    for found in pkgutil.iter_modules(workbench.__path__, "workbench."):
-        room = importlib.import_module(found.name)
-        for name in getattr(room, "__all__", ()):
-            thing = getattr(room, name)
-            if getattr(thing, "__module__", "").startswith("workbench.") and id(thing) not in seen:
-                seen.add(id(thing))
+    """Yield every array of the public functions and classes of all modules."""
+    for found in pkgutil.walk_packages(workbench.__path__, "workbench."):
+        if found.name.endswith("__main__"):
+            continue
+        for name, thing in vars(importlib.import_module(found.name)).items():
+            if name[0] != "_" and getattr(thing, "__module__", "") == found.name:
                 yield from of_class(thing) if inspect.isclass(thing) else of_function(thing)
 
 
@@ -123,7 +121,7 @@ def _arguments(where: str, kinds: dict[str, str], doc: Doc) -> Iterator[Passed]:
 
 def test_arrays_have_shape_and_unit_in_the_docstrings() -> None:
     found = list(passed())
-    assert len(found) > 250
+    assert len(found) > 850
     lacking = [one for one in found if not (one.shaped and one.measured)]
     share = 1 - len(lacking) / len(found)
     print(f"{share:.1%} of {len(found)} arrays have shape and unit")

@@ -13,7 +13,7 @@ from workbench.run import load_bench
 from workbench.run.virtual import film, move
 from workbench.schemas import load_model, load_shape
 from workbench.sim import make_robot
-from workbench.tracking import Axes, BodyNames, Missing, make_track, mean_speed
+from workbench.tracking import Axes, BodyNames, SampleStatus, make_track, mean_speed
 
 NOISE_M = 2e-4
 WITHIN = 1.2
@@ -55,8 +55,8 @@ def test_positions_and_speed_stay_within_the_bars(
         valid = track.motion.validity(names[0])
         assert np.mean(valid) > 0.95
         assert np.sqrt(np.mean(apart[valid] ** 2)) < WITHIN * NOISE_M
-        rejected = np.flatnonzero(track.raw_missing[role] == Missing.GLITCH)
-        seen = track.raw_missing[role] != Missing.LOST
+        rejected = np.flatnonzero(track.raw_missing[role] == SampleStatus.GLITCH)
+        seen = track.raw_missing[role] != SampleStatus.LOST
         glitches = [i for i in (300, 500, 501, 700, 850, 851, 852, 853) if seen[i]]
         assert set(glitches) <= set(rejected.tolist())
     found = mean_speed(track.motion.times, track.motion[ROTOR_ANGLE], 2.0)

@@ -22,9 +22,25 @@ def test_a_room_says_what_it_is_and_exports_what_exists(room: str) -> None:
     module = importlib.import_module(f"workbench.{room}")
     assert module.__doc__ is not None
     assert len(module.__doc__) > 150
-    assert sorted(set(module.__all__)) == sorted(module.__all__)
     for name in module.__all__:
         assert hasattr(module, name), name
+
+
+FACES = [
+    p for p in (ROOT / "workbench").rglob("__init__.py") if "import exports" in p.read_text("utf-8")
+]
+
+
+@pytest.mark.parametrize("path", FACES, ids=lambda path: path.parent.name)
+def test_a_face_names_each_export_once_as_an_import(path: Path) -> None:
+    tree = ast.parse(path.read_text("utf-8"))
+    imports = [n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)]
+    ours = [n for n in imports if str(n.module).startswith("workbench.")]
+    assert not any(one.asname for n in ours for one in n.names)
+    names = [one.name for n in ours for one in n.names if n.module != "workbench.room_exports"]
+    module = importlib.import_module(".".join(path.relative_to(ROOT).parent.parts))
+    assert module.__all__ == sorted(names) == dir(module)
+    assert len(set(names)) == len(names) > 0
 
 
 def test_a_file_is_one_room_s_size_and_names_what_it_exports() -> None:

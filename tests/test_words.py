@@ -47,8 +47,6 @@ SENTENCES = {
 ASK_AND_TELL = "optimize"  # the field's own words of an optimiser's interface
 OTHERS = {"bank.md", "search.md"}
 """A page that a program writes from answers of long ago, and that of ask and tell."""
-TWICE = {"Asked", "Found", "Measured", "Missing", "MissingForce", "Trial"}
-"""Public class names that still have two meanings."""
 
 
 def _sources() -> Iterator[Path]:
@@ -114,7 +112,7 @@ def test_a_public_class_name_has_one_meaning() -> None:
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 found[node.name].append(f"{path.relative_to(WORKBENCH)}")
-    assert {name: at for name, at in found.items() if len(at) > 1 and name not in TWICE} == {}
+    assert {name: at for name, at in found.items() if len(at) > 1} == {}
 
 
 def test_every_word_of_the_glossary_is_used() -> None:

@@ -10,9 +10,9 @@ as `errors`, `timeseries` and `shape`. A room imports only from rooms below it, 
 export; `lint-imports` and `tests/test_rooms.py` hold that.
 """
 
-from __future__ import annotations
+from typing import TYPE_CHECKING
 
-from typing import TYPE_CHECKING, Any
+from workbench.room_exports import exports
 
 if TYPE_CHECKING:
     from workbench.api import (
@@ -29,30 +29,5 @@ if TYPE_CHECKING:
         take_quality,
     )
 
-__all__ = [
-    "Run",
-    "Runs",
-    "Simulated",
-    "ingest_sheet",
-    "open_run",
-    "open_runs",
-    "optimize_shape",
-    "read_take",
-    "run_protocol",
-    "simulate",
-    "take_quality",
-]
-
-
-if not TYPE_CHECKING:  # a type checker knows the names, and should miss others
-
-    def __getattr__(name: str) -> Any:
-        """Load a name of the room `api` when it is first used."""
-        from workbench.lazy_names import lazy_names
-
-        return lazy_names(__name__, {"api": __all__})(name)
-
-
-def __dir__() -> list[str]:
-    """Return what is for users."""
-    return __all__
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.bank.amounts import AMOUNTS, OUTSIDE_AMOUNTS
 from benchmarks.bank.courses import Course
 from benchmarks.bank.observe import FAULTS, Filmed, Noise
-from workbench.diagnose import Trial
+from workbench.diagnose import ProposedRun
 
 __all__ = ["BLOCKS", "SIZES", "TIES", "TRAPS", "Block", "Case", "Made", "Plan", "Run", "draw_case",
            "draw_cases", "plan_of", "plans", "reduced"]  # fmt: skip
@@ -231,7 +231,7 @@ def _plan(mode: str, k: int, held: bool, course: Course) -> Plan:
     return Plan(f"{mode}-{k + 1}", "held_out" if held else "train", course)
 
 
-def plan_of(trial: Trial, number: int, rng: np.random.Generator) -> Plan:
+def plan_of(trial: ProposedRun, number: int, rng: np.random.Generator) -> Plan:
     """Return a run that a diagnosis asks for, with its own scatter; it may be fitted.
 
     Args:

@@ -24,7 +24,15 @@ from benchmarks.bank.make import further_runs, make_case
 from benchmarks.bank.one_case import Line, engine
 from benchmarks.bank.size import UnreachableError
 from benchmarks.bank.write import measured
-from workbench.diagnose import MENU, Diagnosis, HopperRig, Trial, diagnose, minutes_of, propose
+from workbench.diagnose import (
+    MENU,
+    Diagnosis,
+    HopperRig,
+    ProposedRun,
+    diagnose,
+    minutes_of,
+    propose,
+)
 from workbench.diagnose.proposed import TIMES
 from workbench.errors import DataFault
 from workbench.schemas import load_model, load_shape
@@ -35,7 +43,7 @@ ROUNDS = 3
 _FIRST = 500  # of a seed's thousand: ties of their own, not those of the bank's draw
 _PLAIN = [trial for trial in MENU if trial.mode in ("clamped", "decay")]
 
-Ask = Callable[[Diagnosis], Sequence[Trial]]
+Ask = Callable[[Diagnosis], Sequence[ProposedRun]]
 
 
 def resolve(case: Case) -> Line:
@@ -96,7 +104,7 @@ def _rounds(made: Made, found: Diagnosis, ask: Ask) -> list[Line]:
     return rounds
 
 
-def _proposed(found: Diagnosis) -> Sequence[Trial]:
+def _proposed(found: Diagnosis) -> Sequence[ProposedRun]:
     proposal = propose(found, MENU)
     return () if proposal is None else proposal.trials
 
@@ -104,8 +112,8 @@ def _proposed(found: Diagnosis) -> Sequence[Trial]:
 def _at_random(case: Case, minutes: float) -> Ask:
     rng = case.rng(7)
 
-    def ask(_: Diagnosis) -> Sequence[Trial]:
-        drawn: list[Trial] = []
+    def ask(_: Diagnosis) -> Sequence[ProposedRun]:
+        drawn: list[ProposedRun] = []
         while minutes_of(TIMES * tuple(drawn)) < minutes:
             drawn.append(_PLAIN[rng.integers(len(_PLAIN))])
         return drawn

@@ -19,7 +19,7 @@ from benchmarks.bank.observe import REST_S, Filmed
 from workbench.fit import MeasuredRun
 from workbench.motion import DRIVEN, FOOT, ROTOR, ROTOR_ANGLE, TOP
 from workbench.timeseries import TimeSeries
-from workbench.tracking import Axes, BodyTake, Cloud, Missing, Take, write_motive
+from workbench.tracking import Axes, BodyTake, Cloud, SampleStatus, Take, write_motive
 
 __all__ = ["measured", "measured_run", "sealed_label", "write_case"]
 
@@ -154,5 +154,5 @@ def _body(name: str, number: int, filmed: Filmed, body: str, rng: np.random.Gene
         measured=_AXES.points_to_export(markers + own),
         solved=_AXES.points_to_export(markers),
         marker_names=tuple(f"{name}_{m}" for m in range(1, len(places) + 1)),
-        missing=np.where(lost, Missing.LOST, Missing.SEEN).astype(np.int8),
+        missing=np.where(lost, SampleStatus.LOST, SampleStatus.SEEN).astype(np.int8),
     )

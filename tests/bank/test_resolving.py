@@ -14,12 +14,12 @@ from benchmarks.bank.cases import Case, Made, draw_case, plan_of
 from benchmarks.bank.make import further_runs, make_case
 from benchmarks.bank.resolving import resolve, rounds_of, wrongly
 from benchmarks.bank.tables import Told, page
-from workbench.diagnose import Trial, minutes_of
+from workbench.diagnose import ProposedRun, minutes_of
 from workbench.errors import DataFault
 
 pytestmark = pytest.mark.long  # a benchmark tests itself
 
-ASKED = Trial("decay", 0.4, 2.0, 1.0)
+ASKED = ProposedRun("decay", 0.4, 2.0, 1.0)
 TRUE = "local_stiffness_loss"
 
 
@@ -30,7 +30,7 @@ def made() -> Made:
 
 def test_further_runs_are_those_of_the_same_robot(made: Made) -> None:
     rng = np.random.default_rng(0)
-    plans = [plan_of(ASKED, 7, rng), plan_of(Trial("clamped", 11.0, 2.0, 1.0), 8, rng)]
+    plans = [plan_of(ASKED, 7, rng), plan_of(ProposedRun("clamped", 11.0, 2.0, 1.0), 8, rng)]
     one, driven = further_runs(made, plans)
     assert (one.name, one.role, one.course.mode) == ("decay-7", "train", "decay")
     assert driven.course.steps[-1] == (0.5, 11.0)

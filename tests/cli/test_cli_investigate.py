@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 from tests.bundles import manifest_of
 from workbench.bundle import Bundle
 from workbench.cli.app import app
-from workbench.diagnose import Trial, next_protocol
+from workbench.diagnose import ProposedRun, next_protocol
 from workbench.run import load_bench
 from workbench.schemas import Protocol, load
 
@@ -24,7 +24,7 @@ steps:
   - run: {mode: decay, pull: 0.4 N, rest: 1 s, duration: 3 s, repeats: 2}
   - run: {mode: decay, pull: 0.4 N, rest: 1 s, duration: 3 s, role: held_out}
 """
-MENU = (Trial("decay", 0.4, 3.0, 1.0), Trial("decay", 1.2, 3.0, 1.0))
+MENU = (ProposedRun("decay", 0.4, 3.0, 1.0), ProposedRun("decay", 1.2, 3.0, 1.0))
 
 
 def loop(folder: Path, budget: str) -> Result:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-from workbench.diagnose import Proposal, Trial, investigate
+from workbench.diagnose import Proposal, ProposedRun, investigate
 
 
 def found(kind: str) -> Any:
@@ -14,7 +14,7 @@ def found(kind: str) -> Any:
 
 
 def test_the_loop_ends_when_the_budget_does() -> None:
-    dear = Proposal((Trial("swing", 0.03, 600.0, 2.0),), 11.0, (), 0.9)
+    dear = Proposal((ProposedRun("swing", 0.03, 600.0, 2.0),), 11.0, (), 0.9)
     made: list[Proposal] = []
     looked = found("SET"), dear
     turns = list(investigate(dear, made.append, lambda number: looked, budget=30.0))

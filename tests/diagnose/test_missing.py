@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 from benchmarks.bank.courses import Course, Quantities
 from tests.fit.filmed import ROBOT, measured, ramp, twin_motion
-from workbench.diagnose import ABSENT, Missing, missing_force
+from workbench.diagnose import ABSENT, MissingForceAnalysis, missing_force
 from workbench.diagnose.fits import Hypothesis
 from workbench.diagnose.missing import INDEPENDENT
 from workbench.fit import Estimator, Hopper, ParameterVector
@@ -36,7 +36,7 @@ def hypothesis(system: Hopper, noise: float = 0.5) -> Hypothesis:
 
 
 @cache
-def found(*courses: Course, hidden: str = "") -> Missing:
+def found(*courses: Course, hidden: str = "") -> MissingForceAnalysis:
     effects = {"": {}, "drag": DRAG, "coulomb": COULOMB, "cubic": CUBIC}[hidden]
     runs = [measured(twin_motion(one, effects), one, k) for k, one in enumerate(courses)]
     system = Hopper(ROBOT, runs)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from workbench.bundle import Bundle
-from workbench.diagnose import MENU, Following, Proposal, Trial
+from workbench.diagnose import MENU, Following, Proposal, ProposedRun
 from workbench.diagnose.next_protocol import bench_of, menu_of, name_for, write_next
 from workbench.diagnose.proposed import Separation
 from workbench.errors import InputError
@@ -17,10 +17,10 @@ from workbench.run import load_bench, make_bench
 from workbench.schemas import ModelFile, PlannedPrompt, Protocol, load, load_model, make_plan
 
 TRIALS = (
-    Trial("decay", 0.4, 8.0, 2.0),
-    Trial("drop", 0.02, 8.0, 2.0),
-    Trial("clamped", 13.0, 8.0, 2.0),
-    Trial("hop", 17.0, 8.0, 2.0),
+    ProposedRun("decay", 0.4, 8.0, 2.0),
+    ProposedRun("drop", 0.02, 8.0, 2.0),
+    ProposedRun("clamped", 13.0, 8.0, 2.0),
+    ProposedRun("hop", 17.0, 8.0, 2.0),
 )
 PROPOSAL = Proposal(TRIALS, 12.4, (Separation("air_drag", "root_play", 6.3, 0.93),), 0.93)
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from tests.diagnose.hidden import DOCUMENT, SHAPE, Asked, runs_of, truth
-from workbench.diagnose import Diagnosis, HopperRig, Trial, investigate, propose
+from workbench.diagnose import Diagnosis, HopperRig, ProposedRun, investigate, propose
 from workbench.diagnose.drive_runs import propose_speed_among
-from workbench.diagnose.findings import Cause, Found
+from workbench.diagnose.findings import Cause, EstimatedQuantity
 from workbench.diagnose.fits import Fits, Hypothesis
 from workbench.diagnose.next_experiment import Proposal, minutes_of, propose_among
 from workbench.diagnose.predicted import Setting
@@ -22,7 +22,7 @@ from workbench.diagnose.rules import RULES
 from workbench.fit import Estimator, ParameterVector
 
 NOISE = {"beam": 1e-5, "foot": 1e-3}
-WEAK, STRONG = Trial("decay", 0.005, 1.0, 2.0), Trial("decay", 1.0, 1.0, 2.0)
+WEAK, STRONG = ProposedRun("decay", 0.005, 1.0, 2.0), ProposedRun("decay", 1.0, 1.0, 2.0)
 CUBIC = ("hinge_cubic_stiffness", {"hinge_cubic_stiffness k3": -300.0})
 DAMPING = ("hinge_quadratic_damping", {"hinge_quadratic_damping c": 0.02})
 
@@ -49,7 +49,7 @@ def left(
 
 
 def proposed(
-    rig: HopperRig, hypotheses: Sequence[Remaining], menu: Sequence[Trial]
+    rig: HopperRig, hypotheses: Sequence[Remaining], menu: Sequence[ProposedRun]
 ) -> Proposal | None:
     return propose_among(hypotheses, Setting(rig, RULES, samples=200, threads=1), menu)
 
@@ -113,18 +113,18 @@ def test_the_loop_ends_with_the_answer_of_this_diagnosis() -> None:
 
 
 def test_minutes_hold_runs_handling_and_the_foot_once() -> None:
-    assert minutes_of([Trial("clamped", 13.0, 8.0, 2.0)]) == (10 + 60 + 180) / 60
-    assert minutes_of([Trial("hop", 17.0, 8.0, 2.0)] * 2) == 2 * (10 + 90) / 60
+    assert minutes_of([ProposedRun("clamped", 13.0, 8.0, 2.0)]) == (10 + 60 + 180) / 60
+    assert minutes_of([ProposedRun("hop", 17.0, 8.0, 2.0)] * 2) == 2 * (10 + 90) / 60
 
 
 def cause(name: str, quantity: str, value: float, error: float) -> Cause:
-    return Cause(name, {quantity: Found(value, value, value, "1", error)}, "")
+    return Cause(name, {quantity: EstimatedQuantity(value, value, value, "1", error)}, "")
 
 
 def test_a_scale_and_an_offset_of_the_speed_part_far_from_the_speeds_that_were_run() -> None:
     scale = cause("speed_scale", "share", 0.01, 1e-4)
     offset = cause("speed_offset", "offset", 0.13, 1e-3)  # the same at 13 rad/s
-    menu = [Trial("clamped", speed, 8.0, 2.0) for speed in (12.9, 13.0, 13.1, 20.0)]
+    menu = [ProposedRun("clamped", speed, 8.0, 2.0) for speed in (12.9, 13.0, 13.1, 20.0)]
     found = propose_speed_among([scale, offset], [0.5, 0.5], [*menu, STRONG], RULES)
     assert found is not None
     assert found.trials == (menu[-1],)

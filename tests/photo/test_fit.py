@@ -7,7 +7,7 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 
 from tests.photo.rendering import TARGET, thesis_angles
-from workbench.photo.fit import Points, fit_strip
+from workbench.photo.fit import StripPoints, fit_strip
 from workbench.photo.orient import oriented, rough_numbers
 from workbench.shape import equal_length_arcs
 
@@ -15,16 +15,16 @@ LENGTH, HALF = 0.615, 0.001
 NOISE = 5e-5
 
 
-def drawn(noise: np.ndarray | float, scale: float = 1.02) -> Points:
+def drawn(noise: np.ndarray | float, scale: float = 1.02) -> StripPoints:
     arcs = equal_length_arcs(thesis_angles, LENGTH * scale).moved(0.3, (0.1, 0.2))
     along = np.linspace(0.0005, arcs.length - 0.0005, 1200)
     sides = np.where(along < 0.3, 1.0, -1.0)
     places = arcs.points_at(along) + (sides * HALF + noise)[:, None] * arcs.normals_at(along)
     ends = arcs.points_at([0.0, arcs.length])
-    return Points(places, sides, ends, np.full(2, 3e-4), (HALF, 1.5e-4))
+    return StripPoints(places, sides, ends, np.full(2, 3e-4), (HALF, 1.5e-4))
 
 
-def fitted(points: Points) -> tuple[np.ndarray, np.ndarray]:
+def fitted(points: StripPoints) -> tuple[np.ndarray, np.ndarray]:
     start = rough_numbers(points.positions, LENGTH, HALF)
     fit = fit_strip(points, LENGTH, start, thesis_angles[1:])
     off = fit.angles - thesis_angles

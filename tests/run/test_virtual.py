@@ -17,7 +17,7 @@ from workbench.timeseries import TimeSeries
 from workbench.tracking import (
     Axes,
     BodyNames,
-    Missing,
+    SampleStatus,
     guess_bodies,
     make_track,
     raw_points,
@@ -79,7 +79,7 @@ def test_noise_and_gaps_are_as_the_bench_file_says(bench: BenchFile, motion: Tim
     assert np.nanstd(error) == pytest.approx(0.0002, rel=0.05)
     hidden = np.mean([np.isnan(b.measured).mean() for b in noisy.bodies.values()])
     assert 0.01 < hidden < 0.1
-    lost = foot.missing == Missing.LOST
+    lost = foot.missing == SampleStatus.LOST
     assert np.isfinite(foot.solved).all()  # frozen while lost, as the tracker leaves them
     assert np.isnan(foot.position[lost]).all()
 
@@ -105,7 +105,7 @@ def test_hidden_markers_move_no_body(
         assert np.nanmax(off) < 1.2e-3, role
         told = np.isfinite(off)
         assert told[take.bodies[body.name].seen].all()
-        assert np.array_equal(told, body.missing == Missing.SEEN)
+        assert np.array_equal(told, body.missing == SampleStatus.SEEN)
     if flavour == "motive":  # row formats give no markers of a body that the tracker lost
         assert seen.top.bridged.sum() > 5
     assert guess_bodies(take) == BodyNames()

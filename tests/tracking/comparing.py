@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from mutations import Answer
 
-from workbench.tracking import Missing, Take
+from workbench.tracking import SampleStatus, Take
 
 
 def differences(take: Take, base: Take, answer: Answer) -> list[str]:
@@ -54,11 +54,11 @@ def _compare_body(told: _Comparison, take: Take, base: Take, name: str, answer: 
     for owner, frame, reason in answer.lost:
         if owner == name:
             missing[frame] = reason
-            if reason == Missing.BLANK:
+            if reason == SampleStatus.BLANK:
                 position[frame], quaternion[frame] = np.nan, np.nan
     dark, solved = list(answer.dark), other.solved.copy()
     measured[dark], position[dark], quaternion[dark] = np.nan, np.nan, np.nan
-    missing[dark] = Missing.LOST if base.format == "row" else Missing.BLANK
+    missing[dark] = SampleStatus.LOST if base.format == "row" else SampleStatus.BLANK
     if base.format == "motive":  # row formats repeat the last model markers
         solved[dark] = np.nan
     told.equal(f"markers of {name}", set(body.marker_names), set(other.marker_names))

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from workbench.tracking import Axes, BodyTake, Cloud, Missing, Take, read_take
+from workbench.tracking import Axes, BodyTake, Cloud, SampleStatus, Take, read_take
 
 RATE = 120.0
 START = 2.0
@@ -94,7 +94,7 @@ def hide(take: Take, name: str, start: int, stop: int) -> Take:
     measured, missing = body.measured.copy(), body.missing.copy()
     for values in (position, quaternion, measured):
         values[start:stop] = np.nan
-    missing[start:stop] = Missing.LOST
+    missing[start:stop] = SampleStatus.LOST
     lost = replace(
         body, position=position, quaternion=quaternion, measured=measured, missing=missing
     )

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from workbench.tracking import Missing
+from workbench.tracking import SampleStatus
 
 FRAMES = 12
 UNITS = {"Meters": 1.0, "Centimeters": 0.01, "Millimeters": 0.001}
@@ -76,7 +76,7 @@ class Answer:
     shift: int = 0
     scale: float = 1.0
     hidden: tuple[tuple[str, int, int], ...] = ()
-    lost: tuple[tuple[str, int, Missing], ...] = ()
+    lost: tuple[tuple[str, int, SampleStatus], ...] = ()
     refused: str = ""
     same_cloud: bool = True
     dark: tuple[int, ...] = ()
@@ -216,7 +216,7 @@ def lost(export: Export, rng: random.Random) -> Change:
         cells = export.frames[frame][2].split(b",")
         cells[5] = b"%d" % rng.randrange(1, 999)
         return Change(
-            export.with_row(frame, 2, cells).text(), Answer(lost=(("T", frame, Missing.LOST),))
+            export.with_row(frame, 2, cells).text(), Answer(lost=(("T", frame, SampleStatus.LOST),))
         )
     names, types = export.head[3].split(b","), export.head[2].split(b",")
     cells = export.frames[frame][0].split(b",")
@@ -224,7 +224,7 @@ def lost(export: Export, rng: random.Random) -> Change:
         if (name, kind) == (b"T", b"Rigid Body"):
             cells[i] = b""
     return Change(
-        export.with_row(frame, 0, cells).text(), Answer(lost=(("T", frame, Missing.BLANK),))
+        export.with_row(frame, 0, cells).text(), Answer(lost=(("T", frame, SampleStatus.BLANK),))
     )
 
 

@@ -16,9 +16,9 @@ from workbench.errors import InputError
 from workbench.tracking import (
     Axes,
     BodyNames,
-    Missing,
     RawBody,
     RawPoints,
+    SampleStatus,
     Take,
     raw_points,
     read_take,
@@ -77,7 +77,7 @@ def test_t_does_not_jump_when_one_of_its_markers_is_hidden(hop: Any, marker: int
     assert np.linalg.norm(jump[500:505], axis=1).min() > 0.029
     assert error(top, hop.truth.top).max() < 1e-3
     assert np.flatnonzero(top.bridged).tolist() == [500, 501, 502, 503, 504]
-    assert (top.missing == Missing.SEEN).all()
+    assert (top.missing == SampleStatus.SEEN).all()
     assert "5 samples from some of them (error 0." in top.source
 
 
@@ -100,7 +100,7 @@ def test_a_long_loss_of_one_marker_is_carried_on_for_a_tenth_of_a_second(hop: An
     take = hidden(wide_top(hop.take, hop.truth.top), "T", 0, 500, 600)
     top = raw(take).top
     assert np.flatnonzero(top.bridged).tolist() == [*range(500, 512), *range(588, 600)]
-    assert (top.missing[512:588] == Missing.BLANK).all()
+    assert (top.missing[512:588] == SampleStatus.BLANK).all()
     assert np.nanmax(error(top, hop.truth.top)) < 1.2e-3
 
 
@@ -123,9 +123,9 @@ def test_a_body_that_the_tracker_calls_lost_is_seen_where_a_marker_carries_it(ho
     take = hidden(hop.take, "T", 0, 500, 504)
     top = take.bodies["T"]
     missing = top.missing.copy()
-    missing[500:504] = Missing.LOST
+    missing[500:504] = SampleStatus.LOST
     take = replace(take, bodies={**take.bodies, "T": replace(top, missing=missing)})
-    assert (raw(take).top.missing[498:506] == Missing.SEEN).all()
+    assert (raw(take).top.missing[498:506] == SampleStatus.SEEN).all()
     assert error(raw(take).top, hop.truth.top).max() < 1e-3
 
 
@@ -184,7 +184,12 @@ def test_samples_that_fit_no_rigid_body_are_glitches(hop: Any) -> None:
         measured[300:304, 1] -= [0.05, 0.0, 0.02]
 
     points = raw(with_measured(hop.take, "Foot", change))
-    assert np.flatnonzero(points.foot.missing == Missing.GLITCH).tolist() == [300, 301, 302, 303]
+    assert np.flatnonzero(points.foot.missing == SampleStatus.GLITCH).tolist() == [
+        300,
+        301,
+        302,
+        303,
+    ]
     assert np.isnan(points.foot.position[300:304]).all()
     assert points.foot.residual[300:304].min() > 5e-3
     assert points.warnings == (

@@ -15,7 +15,15 @@ from fuzzing import FLAVOURS, base_export, check
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.tracking import BodyTake, Cloud, Missing, Take, read_take, write_motive, write_row
+from workbench.tracking import (
+    BodyTake,
+    Cloud,
+    SampleStatus,
+    Take,
+    read_take,
+    write_motive,
+    write_row,
+)
 from workbench.tracking.csv_columns import CsvColumns, find_rows, read_columns
 from workbench.tracking.motive_header import read_layout
 from workbench.tracking.motive_table import read_bulk as motive_bulk
@@ -191,7 +199,7 @@ def any_take(draw: st.DrawFn) -> Take:
             measured=np.where(shown[:, :, None], places, np.nan),
             solved=places,
             marker_names=tuple(f"Marker {k + 1}" for k in range(m)),
-            missing=np.where(lost, Missing.LOST, Missing.SEEN).astype(np.int8),
+            missing=np.where(lost, SampleStatus.LOST, SampleStatus.SEEN).astype(np.int8),
         )
     loose = np.array(draw(st.lists(st.booleans(), min_size=2 * n, max_size=2 * n))).reshape(n, 2)
     points = np.where(loose[:, :, None], values[3, :, :2], np.nan)

@@ -14,7 +14,7 @@ from c3d_files import Processor, c3d_bytes
 from numpy.typing import NDArray
 
 from workbench.errors import TakeError
-from workbench.tracking import Axes, BodyNames, Missing, Take, make_track, quality, read_take
+from workbench.tracking import Axes, BodyNames, SampleStatus, Take, make_track, quality, read_take
 from workbench.tracking.c3d_data import read_header, read_points
 from workbench.tracking.take import known
 
@@ -125,7 +125,7 @@ def test_the_motion_is_that_of_the_export_with_poses(write: Write, small: Take) 
     for name, body in take.bodies.items():
         np.testing.assert_allclose(body.measured, bodies[name].measured, atol=1e-6)
         np.testing.assert_array_equal(body.seen, bodies[name].seen)
-        assert set(body.missing) <= {Missing.SEEN, Missing.BLANK}
+        assert set(body.missing) <= {SampleStatus.SEEN, SampleStatus.BLANK}
     track = make_track(take, bodies=BodyNames(), axes=Axes())
     assert np.isfinite(track.motion["top_x_m"]).any()
 

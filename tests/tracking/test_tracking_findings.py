@@ -19,7 +19,7 @@ from workbench.tracking import (
     Axes,
     BodyNames,
     BodyTake,
-    Missing,
+    SampleStatus,
     Take,
     make_track,
     mean_speed,
@@ -73,7 +73,7 @@ def test_f1_the_same_in_version_1_1_and_with_the_first_frame_dark(read: Read) ->
     )
     take = read((head + dark + seen).encode())
     assert take.version == "1.1"
-    assert take.bodies["Foot"].missing.tolist() == [Missing.LOST, Missing.SEEN]
+    assert take.bodies["Foot"].missing.tolist() == [SampleStatus.LOST, SampleStatus.SEEN]
     assert take.cloud.position.shape == (2, 0, 3)
 
 

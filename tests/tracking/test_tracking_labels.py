@@ -15,7 +15,7 @@ from workbench.tracking import (
     Axes,
     BodyNames,
     Cloud,
-    Missing,
+    SampleStatus,
     Take,
     make_track,
     quality,
@@ -91,7 +91,9 @@ def test_an_export_of_labelled_markers_alone_gives_a_track(
         given = small.bodies[name]
         places = [body.marker_names.index(label) for label in given.marker_names]
         np.testing.assert_allclose(body.measured[:, places], given.measured, atol=1e-6)
-        assert set(body.missing[~given.seen]) == ({Missing.BLANK} if (~given.seen).any() else set())
+        assert set(body.missing[~given.seen]) == (
+            {SampleStatus.BLANK} if (~given.seen).any() else set()
+        )
         assert np.isnan(body.position).all()
     assert quality(take)["bodies"]["Foot"]["missing"] == 3
     track = make_track(take, bodies=BodyNames(), axes=Axes())

@@ -27,7 +27,7 @@ from tests.tracking.natnet_stub import (
     server_info,
 )
 from workbench.errors import HardwareError, InputError
-from workbench.tracking import Missing, Recorder, Stream, Take, read_take, record, write_motive
+from workbench.tracking import Recorder, SampleStatus, Stream, Take, read_take, record, write_motive
 
 SECONDS = 0.4  # the stub sends its 40 frames in about 0.1 s
 ANSWER_S = 0.3
@@ -104,7 +104,7 @@ def test_the_stub_s_frames_are_read_to_their_last_byte(
 
 def test_a_lost_body_is_lost_in_the_take_and_keeps_no_stale_pose() -> None:
     body = played(recorded()).bodies["Foot"]
-    assert list(np.flatnonzero(body.missing == Missing.LOST)) == [5, 6, 7]
+    assert list(np.flatnonzero(body.missing == SampleStatus.LOST)) == [5, 6, 7]
     for field in FIELDS:
         assert np.isnan(getattr(body, field)[5:8]).all()
 

@@ -16,7 +16,7 @@ from workbench.tracking import (
     Axes,
     BodyNames,
     Cloud,
-    Missing,
+    SampleStatus,
     Take,
     make_track,
     quality,
@@ -212,8 +212,8 @@ def test_placeholder_and_frozen_poses_count_as_missing(
     told = quality(read)["bodies"]["Foot"]
     assert (told["missing"], told["gaps"], told["longest_gap"]) == (16, 2, 10)
     missing = read.bodies["Foot"].missing
-    assert set(missing[:6]) == {Missing.PLACEHOLDER}
-    assert set(missing[30:]) == {Missing.FROZEN}
+    assert set(missing[:6]) == {SampleStatus.PLACEHOLDER}
+    assert set(missing[30:]) == {SampleStatus.FROZEN}
 
 
 def test_short_repeats_and_a_body_that_never_moved_are_not_frozen(

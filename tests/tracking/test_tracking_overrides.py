@@ -17,8 +17,8 @@ from workbench.tracking import (
     Axes,
     BodyNames,
     Exchange,
-    Missing,
     Overrides,
+    SampleStatus,
     Take,
     make_track,
     quality,
@@ -151,7 +151,7 @@ def test_samples_above_a_limit_of_the_error_do_not_count(read: Read) -> None:
     rows = [[*six(k)[:3], 2e-3 if k == 4 else 1e-4, *six(k)[3:]] for k in range(8)]
     take = with_overrides(read(motive(columns, rows)), Overrides(limits={"Foot": 1e-3}))
     foot = take.bodies["Foot"]
-    assert foot.missing.tolist() == [0, 0, 0, 0, Missing.POOR, 0, 0, 0]
+    assert foot.missing.tolist() == [0, 0, 0, 0, SampleStatus.POOR, 0, 0, 0]
     assert np.isnan(foot.measured[4]).all()
     assert quality(take)["bodies"]["Foot"]["reasons"] == {"poor": 1}
     assert told(take, "'Foot': 1 samples have an error above 1 mm, first at frame 4; they do not")

@@ -21,7 +21,7 @@ from small_files import (
 )
 
 from workbench.errors import TakeError
-from workbench.tracking import Axes, BodyNames, Missing, Take, make_track, quality
+from workbench.tracking import Axes, BodyNames, SampleStatus, Take, make_track, quality
 
 Read = Callable[[bytes], Take]
 MIDDLE = [0.1, 0.7 / 3, 1 / 3]
@@ -67,7 +67,7 @@ def test_f8_poses_that_fit_no_body_are_left_out(read: Read) -> None:
 def test_f8_poses_without_body_rows_make_a_body(read: Read) -> None:
     take = read((ROW_HEAD + DEFINED + SEEN.format(id=1) + DARK).encode())
     foot = quality(take)["bodies"]["Foot"]
-    assert take.bodies["Foot"].missing.tolist() == [Missing.SEEN, Missing.LOST]
+    assert take.bodies["Foot"].missing.tolist() == [SampleStatus.SEEN, SampleStatus.LOST]
     assert (foot["missing"], foot["reasons"], foot["markers"]) == (1, {"lost": 1}, {})
     assert foot["mean_position_m"] == [0.1, 0.2, 0.3]
     assert told(take, "'Foot' has no rows of its own, only poses in the frame rows")

@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from workbench.errors import InputError
-from workbench.tracking import Missing, Take, quality, read_take, write_motive, write_row
+from workbench.tracking import SampleStatus, Take, quality, read_take, write_motive, write_row
 from workbench.tracking.take import known
 
 ROW = {"1.0", "1.1"}
@@ -71,7 +71,7 @@ def test_motive_gives_the_take_back(
     for name, body in read.bodies.items():
         seen = small.bodies[name].seen
         assert_same(body.solved[seen], small.bodies[name].solved[seen], 1e-6)
-        assert set(body.missing[~seen]) <= {Missing.BLANK}
+        assert set(body.missing[~seen]) <= {SampleStatus.BLANK}
 
 
 @pytest.mark.parametrize("units", ["Meters", "Centimeters", "Millimeters"])

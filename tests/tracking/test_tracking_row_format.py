@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from workbench.errors import TakeError
-from workbench.tracking import Missing, Take, quality, read_take, write_row
+from workbench.tracking import SampleStatus, Take, quality, read_take, write_row
 
 Read = Callable[[bytes], Take]
 
@@ -82,7 +82,7 @@ def test_the_mean_is_over_tracked_rows_though_lost_ones_are_finite(
     take = read(plain)
     foot = take.bodies["Foot"]
     assert np.isfinite(foot.centroid_solved).all()
-    assert set(foot.missing[5:8]) == {Missing.LOST}
+    assert set(foot.missing[5:8]) == {SampleStatus.LOST}
     mean = quality(take)["bodies"]["Foot"]["mean_position_m"]
     np.testing.assert_allclose(mean, foot.centroid_solved[foot.seen].mean(axis=0))
 
@@ -141,7 +141,7 @@ def test_a_body_without_a_row_in_a_frame_is_missing_there_with_a_warning(
     del lines[first + 2]
     take = read(b"\r\n".join(lines))
     assert take.warnings == ("body 'T' has no row in 1 frame(s); missing there",)
-    assert take.bodies["T"].missing.tolist() == [Missing.BLANK] + 39 * [Missing.SEEN]
+    assert take.bodies["T"].missing.tolist() == [SampleStatus.BLANK] + 39 * [SampleStatus.SEEN]
 
 
 def test_error_and_quality_are_kept_as_reported(plain: bytes, read: Read) -> None:

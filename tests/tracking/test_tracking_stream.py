@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tests.tracking.natnet_stub import StubServer, frames, models, server_info
 from workbench.errors import HardwareError
-from workbench.tracking import BodyTake, Cloud, Missing, Stream, Take, record
+from workbench.tracking import BodyTake, Cloud, SampleStatus, Stream, Take, record
 
 SECONDS = 0.4
 PLACES = np.array([[0.05, 0.0, 0.02], [-0.03, 0.01, 0.0], [0.0, -0.01, -0.06]])
@@ -77,7 +77,7 @@ def test_f11_a_streamed_marker_at_exact_zero_is_not_seen() -> None:
     foot = replace(take.bodies["Foot"], measured=measured)
     found = streamed(replace(take, bodies={"Foot": foot}))
     assert np.isnan(found.bodies["Foot"].measured[7, 1]).all()
-    assert found.bodies["Foot"].missing[7] == Missing.SEEN
+    assert found.bodies["Foot"].missing[7] == SampleStatus.SEEN
     assert "markers of 'Foot' stand at exactly 0, 0, 0 in 1 sample(s)" in found.warnings[0]
 
 

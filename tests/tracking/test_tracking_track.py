@@ -20,7 +20,7 @@ from workbench.tracking import (
     Axes,
     BodyNames,
     Cloud,
-    Missing,
+    SampleStatus,
     Take,
     Track,
     make_track,
@@ -230,17 +230,17 @@ def test_every_missing_sample_has_its_reason(hop: Any, lose: Lose) -> None:
     foot = take.bodies["Foot"]
     measured, missing = foot.measured.copy(), foot.missing.copy()
     measured[700] += 0.05
-    measured[800], missing[800] = np.nan, Missing.FROZEN
+    measured[800], missing[800] = np.nan, SampleStatus.FROZEN
     foot = replace(foot, measured=measured, missing=missing)
     track = track_of(replace(take, bodies={**take.bodies, "Foot": foot}))
     raw, cleaned = track.raw_missing["foot"], track.missing["foot"]
-    assert np.flatnonzero(raw == Missing.LOST).tolist() == [*range(500, 503), *range(600, 640)]
-    assert np.flatnonzero(raw == Missing.GLITCH).tolist() == [700]
-    assert np.flatnonzero(raw == Missing.FROZEN).tolist() == [800]
-    assert np.flatnonzero(cleaned == Missing.FILLED).tolist() == [500, 501, 502, 700, 800]
-    assert np.flatnonzero(cleaned == Missing.LOST).tolist() == list(range(600, 640))
-    np.testing.assert_array_equal(cleaned == Missing.SEEN, track.motion.validity(FOOT[0]))
-    np.testing.assert_array_equal(raw == Missing.SEEN, track.raw.validity(FOOT[0]))
+    assert np.flatnonzero(raw == SampleStatus.LOST).tolist() == [*range(500, 503), *range(600, 640)]
+    assert np.flatnonzero(raw == SampleStatus.GLITCH).tolist() == [700]
+    assert np.flatnonzero(raw == SampleStatus.FROZEN).tolist() == [800]
+    assert np.flatnonzero(cleaned == SampleStatus.FILLED).tolist() == [500, 501, 502, 700, 800]
+    assert np.flatnonzero(cleaned == SampleStatus.LOST).tolist() == list(range(600, 640))
+    np.testing.assert_array_equal(cleaned == SampleStatus.SEEN, track.motion.validity(FOOT[0]))
+    np.testing.assert_array_equal(raw == SampleStatus.SEEN, track.raw.validity(FOOT[0]))
 
 
 def test_the_thesis_recipe_tells_what_it_held(hop: Any, lose: Lose) -> None:
@@ -251,8 +251,8 @@ def test_the_thesis_recipe_tells_what_it_held(hop: Any, lose: Lose) -> None:
     take = replace(take, bodies={**take.bodies, "T": replace(top, solved=solved)})
     track = track_of(take, recipe="thesis")
     assert np.flatnonzero(track.missing["foot"]).tolist() == [500, 501, 502]
-    assert track.missing["top"][700] == Missing.FILLED
-    assert track.raw_missing["top"][700] == Missing.GLITCH
+    assert track.missing["top"][700] == SampleStatus.FILLED
+    assert track.raw_missing["top"][700] == SampleStatus.GLITCH
     assert len(track.raw) == len(take) == len(track.motion) + 1
     np.testing.assert_allclose(
         track.raw[FOOT[0]][510:520], track.motion[FOOT[0]][510:520], atol=2e-3

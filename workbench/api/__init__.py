@@ -10,22 +10,14 @@ add a function: write it in the file of its noun, name it here and in `workbench
 show it in `docs/reference/python.md`, whose code a test runs.
 """
 
+from typing import TYPE_CHECKING
+
 from workbench.api.bench import ingest_sheet, run_protocol
 from workbench.api.runs import Run, Runs, open_run, open_runs
 from workbench.api.searching import optimize_shape
 from workbench.api.simulation import Simulated, simulate
 from workbench.api.takes import read_take, take_quality
+from workbench.room_exports import exports
 
-__all__ = [
-    "Run",
-    "Runs",
-    "Simulated",
-    "ingest_sheet",
-    "open_run",
-    "open_runs",
-    "optimize_shape",
-    "read_take",
-    "run_protocol",
-    "simulate",
-    "take_quality",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -5,9 +5,13 @@
 page in `report`.
 """
 
+from typing import TYPE_CHECKING
+
 from workbench.as_built.cost import Cost, simulate_cost
 from workbench.as_built.deviation import Deviation, deviation_of
 from workbench.as_built.files import write_as_bent
 from workbench.as_built.numbers import numbers_of
+from workbench.room_exports import exports
 
-__all__ = ["Cost", "Deviation", "deviation_of", "numbers_of", "simulate_cost", "write_as_bent"]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

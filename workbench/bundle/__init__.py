@@ -34,6 +34,8 @@ Numpy and pyarrow are loaded with the first time series only, so that thousands 
 listed at once.
 """
 
+from typing import TYPE_CHECKING
+
 from workbench.bundle import events
 from workbench.bundle.damage import verify
 from workbench.bundle.events import Event, Logged, parse_line
@@ -72,64 +74,7 @@ from workbench.bundle.sealing import sha256
 from workbench.bundle.sentences import condition_words, sentence
 from workbench.bundle.series import Series, SeriesFiles, read_series, write_series
 from workbench.bundle.stamp import Stamp, stamping
+from workbench.room_exports import exports
 
-__all__ = [
-    "Alignment",
-    "AnswerFact",
-    "Asked",
-    "Bundle",
-    "CameraWindow",
-    "ChannelFacts",
-    "Clocks",
-    "CommandFacts",
-    "Compared",
-    "Contents",
-    "DelayFacts",
-    "Document",
-    "Driven",
-    "Event",
-    "FloorFacts",
-    "Judgement",
-    "Kind",
-    "Logged",
-    "Manifest",
-    "Measured",
-    "ObserverFacts",
-    "Record",
-    "ReleaseFacts",
-    "Released",
-    "Remark",
-    "Remarks",
-    "RotorSpeedFacts",
-    "Series",
-    "SeriesFiles",
-    "SignalFacts",
-    "Stamp",
-    "Status",
-    "SupplyIdentity",
-    "Swung",
-    "TrackFacts",
-    "Verdict",
-    "View",
-    "WireMessage",
-    "add_remark",
-    "bundle_names",
-    "condition_words",
-    "contents",
-    "events",
-    "foreign",
-    "judgements",
-    "parse_line",
-    "passed",
-    "read_remarks",
-    "read_series",
-    "run_named",
-    "runs_named",
-    "runs_of",
-    "sentence",
-    "sha256",
-    "stamping",
-    "unportable",
-    "verify",
-    "write_series",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -367,7 +367,7 @@ class Manifest(_Frozen):
         """Return the manifest with more facts; those that are new replace those of before."""
         merged: dict[str, ManifestSection] = {}
         for section in sections:
-            name = _name_of(section)
+            name = next(name for name, kind in SECTIONS.items() if kind is type(section))
             before = merged.get(name) or getattr(self, name)
             known = {} if before is None else before.as_json()
             merged[name] = type(section).model_validate(known | section.as_json())
@@ -379,10 +379,6 @@ class Manifest(_Frozen):
         if error is not None or self.error is not None:
             changed["error"] = error
         return self.model_copy(update=changed)
-
-
-def _name_of(section: ManifestSection) -> str:
-    return next(name for name, kind in SECTIONS.items() if kind is type(section))
 
 
 def split(facts: Mapping[str, Any]) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from workbench.catalogue.entry import UNREADABLE, Entry, describe
 from workbench.catalogue.index import SearchResult, rebuild, search
 from workbench.catalogue.query import SORTS, NumberRange, Query, period, window
-from workbench.lazy_names import lazy_names
+from workbench.room_exports import exports
 
 if TYPE_CHECKING:
     from workbench.catalogue.difference import ABSENT, Difference, differences
@@ -29,36 +29,5 @@ if TYPE_CHECKING:
         trends,
     )
 
-__all__ = [
-    "ABSENT",
-    "SORTS",
-    "UNREADABLE",
-    "Difference",
-    "Entry",
-    "NumberRange",
-    "Query",
-    "SearchResult",
-    "Trend",
-    "beside_earlier",
-    "charted",
-    "condition_of",
-    "conditions",
-    "describe",
-    "differences",
-    "export",
-    "period",
-    "rebuild",
-    "search",
-    "trends",
-    "window",
-]
-
-if not TYPE_CHECKING:  # a type checker knows the names, and should miss others
-    __getattr__ = lazy_names(
-        __name__,
-        {
-            "difference": ["ABSENT", "Difference", "differences"],
-            "exported": ["export"],
-            "trend": ["Trend", "beside_earlier", "charted", "condition_of", "conditions", "trends"],
-        },
-    )
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -71,7 +71,7 @@ class Trend:
         title: of the quantity.
         unit: of its values.
         names: (n,) of the runs.
-        values: (n,).
+        values: (n,) [`unit`].
         limits: None for less than five runs.
         signals: (n,) True outside the limits, or at the end of eight in a row on one side.
         each: what a value belongs to.
@@ -109,7 +109,7 @@ def individuals(values: NDArray[np.float64]) -> ControlLimits | None:
     Values outside their own limits are left out, and the limits calculated again (Montgomery, 6.2).
 
     Args:
-        values: (n,) in the order of time.
+        values: (n,) in the order of time [any unit].
     """
     first = values[:_BASELINE]
     while len(first) >= _LEAST:

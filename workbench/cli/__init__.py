@@ -7,6 +7,9 @@ imported when it is called.
 """
 
 import os
+from typing import TYPE_CHECKING
+
+from workbench.room_exports import exports
 
 # no plugin of pydantic is used, and the search for them costs every command 20 ms
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
@@ -15,4 +18,5 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from workbench.cli.app import main
 
-__all__ = ["main"]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -14,6 +14,8 @@ A new goal is a function and a line in `goals`, a new constraint a method in `be
 algorithm a line in `study`.
 """
 
+from typing import TYPE_CHECKING
+
 from workbench.design.appraisal import Appraisal, ClampedResonances, appraise, resonances
 from workbench.design.bendable import LEAST_RADIUS_M, BendableStrip
 from workbench.design.distance_draws import DRAWS, VARIED, DistanceDraws, draw_distances
@@ -25,41 +27,7 @@ from workbench.design.stability import tipping_margin
 from workbench.design.study import ALGORITHMS, MUTATIONS, Settings, Study
 from workbench.design.uncertainty import Departure, Uncertainty, altered
 from workbench.design.variables import BOUNDS, Bounds, Varied, make_space, parse_varied
+from workbench.room_exports import exports
 
-__all__ = [
-    "ALGORITHMS",
-    "BOUNDS",
-    "DRAWS",
-    "GOALS",
-    "LEAST_RADIUS_M",
-    "MUTATIONS",
-    "PENALTY",
-    "VARIED",
-    "Appraisal",
-    "BendableStrip",
-    "Bounds",
-    "ClampedResonances",
-    "Departure",
-    "DesignFiles",
-    "DistanceDraws",
-    "Goal",
-    "Hop",
-    "Objective",
-    "Problem",
-    "Settings",
-    "Study",
-    "Uncertainty",
-    "Varied",
-    "altered",
-    "appraise",
-    "draw_distances",
-    "found_by",
-    "found_object",
-    "goal_named",
-    "make_space",
-    "parse_varied",
-    "resonances",
-    "shape_text",
-    "tipping_margin",
-    "write_history",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -58,7 +58,7 @@ class Description:
         Shapes of others hop badly (section 7.1 of the thesis: the mode moves towards the drive).
 
         Args:
-            described: (n, f), as returned for candidates.
+            described: (n, f) as returned for candidates [unit of each].
 
         Returns:
             Of each, (n,).

@@ -24,6 +24,8 @@ from workbench.sim import parallel_map
 
 __all__ = ["DESCRIPTORS", "SmallMotions", "descriptors", "small_motions"]
 
+Array = NDArray[np.float64]
+
 Values = Mapping[str, ArrayLike]
 """Model values, SI, each a number or one for each shape, (n,)."""
 
@@ -50,15 +52,15 @@ class SmallMotions(NamedTuple):
         tip: T from the foot's centre, (n, 2) x, z [m].
         centre: centre of mass of all but the foot, (n, 2) x, z [m].
         omega: natural frequencies of the slowest modes, (n, 3) [rad/s]; 0 where it would buckle.
-        swing: (x, z) of T in each mode of unit modal mass, (n, 2, 3) [1/sqrt(kg)].
+        swing: (n, 2, 3) x and z of T in each mode of unit modal mass [kg^-0.5].
         lowest: height of the strip's lowest point above its root, (n,) [m].
     """
 
-    tip: NDArray[np.float64]
-    centre: NDArray[np.float64]
-    omega: NDArray[np.float64]
-    swing: NDArray[np.float64]
-    lowest: NDArray[np.float64]
+    tip: Array
+    centre: Array
+    omega: Array
+    swing: Array
+    lowest: Array
 
 
 def small_motions(
@@ -85,7 +87,7 @@ def small_motions(
     parts = [slice(k, k + _AT_ONCE) for k in range(0, len(rest), _AT_ONCE)]
     moved = np.ascontiguousarray(np.broadcast_to(moved, (len(rest), count, count)))
 
-    def ring(at: slice) -> tuple[NDArray[np.float64], ...]:
+    def ring(at: slice) -> tuple[Array, ...]:
         return _ring(rest[at], hinges[at], weight[at], moved[at], inertia[at], standing)
 
     rung = parallel_map(ring, parts)
@@ -104,8 +106,8 @@ def small_motions(
     )
 
 
-def descriptors(motions: SmallMotions) -> NDArray[np.float64]:
-    """Return what distinguishes shapes, (n, 13), its columns as in `DESCRIPTORS`.
+def descriptors(motions: SmallMotions) -> Array:
+    """Return what distinguishes shapes, (n, 13) [unit of each], its columns as in `DESCRIPTORS`.
 
     Of the two slowest modes the one that swings T more up as it goes forward is called rising, the
     other falling. Either can be the slower one, and what drives the hop is the rising one: the best
@@ -127,13 +129,11 @@ def descriptors(motions: SmallMotions) -> NDArray[np.float64]:
     )
 
 
-def _column(values: Values, name: str) -> NDArray[np.float64]:
+def _column(values: Values, name: str) -> Array:
     return np.asarray(values[name], dtype=np.float64).reshape(-1, 1)
 
 
-def _bodies(
-    values: Values, shapes: int, count: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _bodies(values: Values, shapes: int, count: int) -> tuple[Array, Array]:
     """Return how far each body's centre moves with each increment, (b, N), and masses, (n, b)."""
     shares = np.tril(np.ones((count + 1, count)), -1)
     shares[:count] += 0.5 * np.eye(count)
@@ -142,7 +142,7 @@ def _bodies(
     return shares, np.column_stack([increment, np.broadcast_to(top, (shapes, 1))])
 
 
-def _hinges(values: Values, size: tuple[int, ...]) -> NDArray[np.float64]:
+def _hinges(values: Values, size: tuple[int, ...]) -> Array:
     """Return the stiffness of each hinge, (n, N) [N m/rad]."""
     hinges = np.broadcast_to(_column(values, "hinge_stiffness"), size).copy()
     hinges[:, :1] = _column(values, "root_stiffness")
@@ -151,13 +151,8 @@ def _hinges(values: Values, size: tuple[int, ...]) -> NDArray[np.float64]:
 
 @numba.njit(nogil=True, cache=True)
 def _ring(
-    rest: NDArray[np.float64],
-    hinges: NDArray[np.float64],
-    weight: NDArray[np.float64],
-    moved: NDArray[np.float64],
-    inertia: NDArray[np.float64],
-    standing: bool,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    rest: Array, hinges: Array, weight: Array, moved: Array, inertia: Array, standing: bool
+) -> tuple[Array, Array, Array]:
     """Return absolute angles under gravity, squares of the slowest frequencies, and their modes.
 
     The stiffness in absolute angles has three diagonals, K = L D L'; the slowest modes are the
@@ -248,13 +243,7 @@ def _ring(
 
 
 @numba.njit(cache=True)
-def _factor(
-    k: NDArray[np.float64],
-    weight: NDArray[np.float64],
-    phi: NDArray[np.float64],
-    pivot: NDArray[np.float64],
-    below: NDArray[np.float64],
-) -> bool:
+def _factor(k: Array, weight: Array, phi: Array, pivot: Array, below: Array) -> bool:
     """Write D and the subdiagonal of L of a stiffness; return whether it is positive definite."""
     sound, size = True, len(k)
     for j in range(size):
@@ -267,12 +256,12 @@ def _factor(
 
 
 @numba.njit(cache=True)
-def _forward(below: NDArray[np.float64], values: NDArray[np.float64]) -> None:
+def _forward(below: Array, values: Array) -> None:
     for j in range(1, len(values)):
         values[j] -= below[j] * values[j - 1]
 
 
 @numba.njit(cache=True)
-def _backward(below: NDArray[np.float64], values: NDArray[np.float64]) -> None:
+def _backward(below: Array, values: Array) -> None:
     for j in range(len(values) - 1, 0, -1):
         values[j - 1] -= below[j] * values[j]

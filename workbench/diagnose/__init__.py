@@ -20,16 +20,18 @@ began. A new check is a function there that yields a sentence.
 `closed_loop` that loop on a bench.
 """
 
+from typing import TYPE_CHECKING
+
 from workbench.diagnose.closed_loop import BenchJob, ClosedLoop
 from workbench.diagnose.decide import Kind, Part
 from workbench.diagnose.diagnosed import Diagnosed
 from workbench.diagnose.diagnosis import Diagnosis, diagnose
 from workbench.diagnose.drive import DRIVE
-from workbench.diagnose.facts import Trial
+from workbench.diagnose.facts import ProposedRun
 from workbench.diagnose.investigation import Round, investigate
 from workbench.diagnose.kept import extended_model_of, read_answer, write_answer
 from workbench.diagnose.mechanism import MechanismRig, load_mechanism
-from workbench.diagnose.missing import ABSENT, Dependence, Missing, missing_force
+from workbench.diagnose.missing import ABSENT, Dependence, MissingForceAnalysis, missing_force
 from workbench.diagnose.next_experiment import propose
 from workbench.diagnose.next_protocol import MENU, Following, following, next_object
 from workbench.diagnose.proposed import Proposal, minutes_of
@@ -38,42 +40,7 @@ from workbench.diagnose.rules import Rules
 from workbench.diagnose.soundness import refused
 from workbench.diagnose.validate import Errors, root_mean_square
 from workbench.diagnose.wording import Amount, digits
+from workbench.room_exports import exports
 
-__all__ = [
-    "ABSENT",
-    "DRIVE",
-    "MENU",
-    "Amount",
-    "BenchJob",
-    "ClosedLoop",
-    "Dependence",
-    "Diagnosed",
-    "Diagnosis",
-    "Errors",
-    "Following",
-    "HopperRig",
-    "Kind",
-    "MechanismRig",
-    "Missing",
-    "Part",
-    "Proposal",
-    "Rig",
-    "Round",
-    "Rules",
-    "Trial",
-    "diagnose",
-    "digits",
-    "extended_model_of",
-    "following",
-    "investigate",
-    "load_mechanism",
-    "minutes_of",
-    "missing_force",
-    "next_object",
-    "propose",
-    "read_answer",
-    "refused",
-    "robot_of",
-    "root_mean_square",
-    "write_answer",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

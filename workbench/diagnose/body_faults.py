@@ -50,7 +50,7 @@ class Expected:
 
     Args:
         top: (2,) place of T from the foot before time zero, x and z [m].
-        free: (2,) the same without a pull; that of `top` where nothing pulls.
+        free: (2,) the same without a pull [m]; that of `top` where nothing pulls.
         foot_moves: root mean square way of the foot [m].
     """
 

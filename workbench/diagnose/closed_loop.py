@@ -13,7 +13,7 @@ from pathlib import Path
 from workbench.bundle import Bundle, bundle_names, runs_named
 from workbench.diagnose.diagnosed import Diagnosed
 from workbench.diagnose.diagnosis import Diagnosis
-from workbench.diagnose.facts import Trial
+from workbench.diagnose.facts import ProposedRun
 from workbench.diagnose.investigation import Round, investigate
 from workbench.diagnose.next_protocol import Following
 from workbench.diagnose.proposed import minutes_of
@@ -112,7 +112,9 @@ class ClosedLoop:
     def _minutes_spent(self) -> float:
         """Return the bench time that the runs of earlier calls took [min]."""
         made = [bundle.asked for bundle in self._complete()]
-        trials = [Trial(one.mode, 0.0, one.duration_s or 0.0, one.rest_s or 0.0) for one in made]
+        trials = [
+            ProposedRun(one.mode, 0.0, one.duration_s or 0.0, one.rest_s or 0.0) for one in made
+        ]
         return minutes_of(trials)
 
     def _read(self, protocol: Document[Protocol]) -> Experiment:
@@ -141,4 +143,4 @@ class ClosedLoop:
 
 
 def _minutes_of(runs: Sequence[PlannedRun]) -> float:
-    return minutes_of([Trial(run.mode, 0.0, run.duration, run.rest) for run in runs])
+    return minutes_of([ProposedRun(run.mode, 0.0, run.duration, run.rest) for run in runs])

@@ -31,8 +31,8 @@ class Scored:
     Args:
         names: of its causes; none is the base.
         prior: part of the cost that is no run's.
-        blocks: (b,) cost of each second of the fitted runs.
-        held: of each run held out, the cost of its seconds.
+        blocks: (b,) cost of each second of the fitted runs [1].
+        held: (b,) of each run held out, the cost of its seconds [1].
         missing: how much less likely the runs are if nothing is missing, over what counts.
         power: of the missing force, or of what the drive leaves; its scale is that of the base.
         by_run: fitted run -> its cost.

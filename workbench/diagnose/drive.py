@@ -95,7 +95,7 @@ class DriveFits:
         return replace(mine, x=mine.x + step, residuals=residuals).solved({})
 
     def by_run(self, found: Solved) -> list[Array]:
-        """Return the cost of each second of each driven run."""
+        """Return the cost of each second, (b,) [1], of each driven run."""
         return [found.blocks[a:b] for a, b in pairwise(self.edges)]
 
     def angle(self, found: Solved, k: int) -> Array:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.decide import Part, Scored, decide
 from workbench.diagnose.drive import DRIVE, DriveFits
-from workbench.diagnose.findings import Cause, found_of
+from workbench.diagnose.findings import Cause, quantity_of
 from workbench.diagnose.fits import Fits, Hypothesis
 from workbench.diagnose.linear import Solved
 from workbench.sim import EFFECTS
@@ -27,8 +27,8 @@ class DrivePart:
     Args:
         part: of the answer.
         causes: that it lists.
-        angles: of each run held out, the rotor's angle against T [rad] without a cause and with
-            those that hold; None where nothing is driven.
+        angles: (n,) of each run held out, the rotor's angle against T [rad] without a cause and
+            with those that hold; None where nothing is driven.
     """
 
     part: Part
@@ -65,7 +65,8 @@ def drive_part(fits: Fits, best: Hypothesis) -> DrivePart | None:
             found = fitted.values(solved[alike.names], name)
             effect = EFFECTS[name]
             quantities = {
-                q.name: found_of(*found[q.name], q.low, q.high, q.unit) for q in effect.quantities
+                q.name: quantity_of(*found[q.name], q.low, q.high, q.unit)
+                for q in effect.quantities
             }
             causes.setdefault(name, Cause(name, quantities, effect.sentence.format_map(quantities)))
     angles = tuple(_angles(fits, fitted, held, solved[one]) for one in ((), part.best.names))

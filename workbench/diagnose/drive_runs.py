@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.decide import Scored
 from workbench.diagnose.diagnosis import Diagnosis
-from workbench.diagnose.facts import Trial
+from workbench.diagnose.facts import ProposedRun
 from workbench.diagnose.findings import Cause
 from workbench.diagnose.proposed import (
     FURTHEST,
@@ -42,7 +42,7 @@ _LEVERS: Mapping[str, Lever] = {
 _OWN_SHARE = 1e-3  # of its speed that a run keeps to itself, as the drive's regression has it
 
 
-def propose_speed(found: Diagnosis, menu: Sequence[Trial]) -> Proposal | None:
+def propose_speed(found: Diagnosis, menu: Sequence[ProposedRun]) -> Proposal | None:
     """Return the run whose speed separates causes of the drive; None where no speed does.
 
     Args:
@@ -59,7 +59,7 @@ def propose_speed(found: Diagnosis, menu: Sequence[Trial]) -> Proposal | None:
 
 
 def propose_speed_among(
-    causes: Sequence[Cause], weights: Sequence[float], menu: Sequence[Trial], rules: Rules
+    causes: Sequence[Cause], weights: Sequence[float], menu: Sequence[ProposedRun], rules: Rules
 ) -> Proposal | None:
     """Return the run whose speed separates some causes; None where no speed does.
 
@@ -94,7 +94,7 @@ def propose_speed_among(
     return best if best.chance >= LEAST_CHANCE else None
 
 
-def _gain(truth: Cause, alternative: Cause, trial: Trial) -> float:
+def _gain(truth: Cause, alternative: Cause, trial: ProposedRun) -> float:
     """Return the gain that `TIMES` runs of a trial bring for one cause over another."""
     speed, time = trial.amount, trial.duration
     true, false = _LEVERS[truth.name](speed, time), _LEVERS[alternative.name](speed, time)

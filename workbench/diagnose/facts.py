@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Facts", "Fault", "Trial", "repeats_from"]
+__all__ = ["Facts", "Fault", "ProposedRun", "repeats_from"]
 
 _MOST_MEMORY = 0.95
 
@@ -22,7 +22,7 @@ class Facts:
         mode: what was done.
         role: `train` or `held_out`.
         channels: that are compared.
-        values: (n, c) of them, NaN where not seen.
+        values: (n, c) of them, NaN where not seen [unit of the channel].
     """
 
     name: str
@@ -46,7 +46,7 @@ class Fault:
 
 
 @dataclass(frozen=True)
-class Trial:
+class ProposedRun:
     """A run that nobody has made yet.
 
     Args:

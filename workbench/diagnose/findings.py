@@ -8,13 +8,13 @@ from typing import Any
 
 from workbench.diagnose.wording import Amount
 
-__all__ = ["Alternative", "Cause", "Found", "Refit", "found_of"]
+__all__ = ["Alternative", "Cause", "EstimatedQuantity", "Refit", "quantity_of"]
 
 _T90 = 1.645  # standard errors to either side of a 90 % interval
 
 
 @dataclass(frozen=True)
-class Found(Amount):
+class EstimatedQuantity(Amount):
     """One quantity of a cause, SI, with its 90 % interval and its standard error."""
 
     error: float
@@ -36,7 +36,7 @@ class Cause:
     """
 
     name: str
-    quantities: Mapping[str, Found]
+    quantities: Mapping[str, EstimatedQuantity]
     sentence: str
     separated_by: str = ""
 
@@ -77,7 +77,9 @@ class Refit:
                 "unit": self.unit, "share_of_tolerance": self.share}  # fmt: skip
 
 
-def found_of(value: float, error: float, low: float, high: float, unit: str) -> Found:
+def quantity_of(
+    value: float, error: float, low: float, high: float, unit: str
+) -> EstimatedQuantity:
     """Return a quantity with its 90 % interval, within its bounds."""
     wide = _T90 * error
-    return Found(value, max(value - wide, low), min(value + wide, high), unit, error)
+    return EstimatedQuantity(value, max(value - wide, low), min(value + wide, high), unit, error)

@@ -58,10 +58,10 @@ class Hypothesis:
     Args:
         names: of the candidates; none is the base.
         estimator: of the fitted runs, with its process noise.
-        x: (p,) numbers of its parameters.
-        blocks: -2 ln L of each second of the fitted runs, one array a run.
+        x: (p,) numbers of its parameters [prior deviations].
+        blocks: (b,) of each fitted run, -2 ln L of each second [1].
         prior: sum of squares of the numbers that have a prior.
-        jacobian: (m, p) of the residuals at the end of the fit, or near it.
+        jacobian: (m, p) of the residuals at the end of the fit, or near it [1].
     """
 
     names: tuple[str, ...]
@@ -290,7 +290,7 @@ class Fits:
         return found[0], found[-1]
 
     def judged(self, one: Hypothesis) -> tuple[Array, ...]:
-        """Return -2 ln L of each second of the runs held out; what is theirs alone is fitted."""
+        """Return -2 ln L of each second, (b,) [1], of each run held out, its own numbers fitted."""
         if not self.held:
             return ()
         fitted = one.estimator

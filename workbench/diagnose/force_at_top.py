@@ -42,7 +42,7 @@ class Response:
     """What a smoother makes of a force at T, and of noise.
 
     Args:
-        shares: (f, 2, 2) smoothed over true force, forward and up, at each frequency.
+        shares: (f, 2, 2) smoothed over true force, forward and up, at each frequency [1].
         length: of the series that these frequencies belong to.
         noise: (2, 2) covariance of the smoothed force where only the cameras' noise is [N^2].
     """
@@ -52,9 +52,12 @@ class Response:
     noise: Array
 
     def of(self, values: Array) -> Array:
-        """Return what is smoothed of forces (n, c) that act forward, or up, (n, 2, 2, c).
+        """Return what is smoothed of forces forward, or up, (n, 2, 2, c) [unit of the values].
 
         The second axis is the direction of what is smoothed, the third that of the force.
+
+        Args:
+            values: (n, c) c forces [unit of the values].
         """
         found = np.fft.rfft(values, self.length, axis=0)
         moved = self.shares[:, :, :, None] * found[:, None, None, :]
@@ -70,8 +73,8 @@ class MissingForce:
         times: (n,) [s].
         force: (n, 2) forward and up [N].
         sigma: (n, 2) its standard deviation [N].
-        information: (n, 2, 2) inverse of its covariance.
-        coordinates: name -> (n,) SI, those that the run has.
+        information: (n, 2, 2) inverse of its covariance [N^-2].
+        coordinates: name -> (n,) [SI], those that the run has.
         usable: (n,) samples that the cameras show.
         response: of the smoother.
     """

@@ -9,7 +9,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.facts import Trial
+from workbench.diagnose.facts import ProposedRun
 from workbench.errors import InputError
 from workbench.fit import MeasuredRun
 from workbench.motion import DRIVEN, FOOT, PITCH, ROTOR_ANGLE, TOP, Mode, time_zero
@@ -40,7 +40,7 @@ class HypotheticalRun(MeasuredRun):
 
 
 def hypothetical_runs(
-    robot: Robot, trials: Sequence[Trial], measured: Sequence[MeasuredRun], threads: int = 0
+    robot: Robot, trials: Sequence[ProposedRun], measured: Sequence[MeasuredRun], threads: int = 0
 ) -> list[MeasuredRun | None]:
     """Return trials as a robot would show them; None where it falls or cannot be simulated.
 
@@ -72,7 +72,7 @@ def hypothetical_runs(
     return found
 
 
-def _condition(trial: Trial, start_angle: float) -> Condition:
+def _condition(trial: ProposedRun, start_angle: float) -> Condition:
     mode, times = cast(Mode, trial.mode), sample_times(trial.duration + _AFTER_S)
     speed = staircase(times, _steps(trial)) if mode in DRIVEN else np.zeros(len(times))
     pull = trial.amount if mode == "decay" else 0.0
@@ -80,7 +80,7 @@ def _condition(trial: Trial, start_angle: float) -> Condition:
     return Condition(mode, speed, start_angle, _REST_S, pull, height)
 
 
-def _steps(trial: Trial) -> tuple[tuple[float, float], ...]:
+def _steps(trial: ProposedRun) -> tuple[tuple[float, float], ...]:
     """Return (time [s], speed [rad/s]) in even steps up to a trial's speed; none if undriven."""
     if trial.mode not in DRIVEN:
         return ()

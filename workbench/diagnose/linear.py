@@ -33,13 +33,13 @@ def beyond(x: Array) -> float:
     A mass that was weighed is rarely off by many tolerances, but where the runs insist it may be.
 
     Args:
-        x: (p,) in units of their tolerance.
+        x: (p,) numbers [prior deviations].
     """
     return float(2 * np.sum(np.log1p(x**2)))
 
 
 def edges_of(count: int, sample_s: float) -> NDArray[np.int64]:
-    """Return the edges of a run's blocks of about a second, in samples."""
+    """Return the edges of a run's blocks of about a second, (b + 1,), in samples."""
     pieces = max(_FEWEST, round(count * sample_s / _BLOCK_S))
     return np.linspace(0, count, pieces + 1).round().astype(np.int64)
 
@@ -49,9 +49,10 @@ class Solved:
     """The least cost where some numbers move.
 
     Args:
-        x: (p,) numbers there.
-        deviation: (p,) their standard errors, scatter from block to block counted; zero where held.
-        blocks: (b,) cost of each block.
+        x: (p,) numbers there [prior deviations].
+        deviation: (p,) their standard errors, scatter from block to block counted [prior
+            deviations]; zero where held.
+        blocks: (b,) cost of each block [1].
         cost: of all, priors included.
     """
 
@@ -68,9 +69,9 @@ class Linear:
     Args:
         names: of the numbers.
         own: (p,) which belong to single runs; they always move.
-        x: (p,) numbers of unit prior deviation.
-        residuals: (m,) there.
-        jacobian: (m, p).
+        x: (p,) numbers [prior deviations].
+        residuals: (m,) there [1].
+        jacobian: (m, p) derivatives of the residuals by the numbers [1].
         edges: (b + 1,) of the blocks, in residuals.
     """
 
@@ -83,17 +84,17 @@ class Linear:
 
     @cached_property
     def weights(self) -> Array:
-        """Return the robust weights of the residuals, (m,)."""
+        """Return the robust weights of the residuals, (m,) [1]."""
         return np.asarray(1 / np.sqrt(1 + (self.residuals / ROBUST) ** 2))
 
     @cached_property
     def curvature(self) -> Array:
-        """Return J' W J, (p, p)."""
+        """Return J' W J, (p, p) [1]."""
         return np.asarray(self.jacobian.T @ (self.jacobian * self.weights[:, None]))
 
     @cached_property
     def slope(self) -> Array:
-        """Return J' W r, (p,)."""
+        """Return J' W r, (p,) [1]."""
         return np.asarray(self.jacobian.T @ (self.weights * self.residuals), dtype=np.float64)
 
     def fall(self, moving: Mapping[str, bool]) -> float:

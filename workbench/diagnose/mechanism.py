@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.extension import Effects
 from workbench.diagnose.facts import Facts, Fault
-from workbench.diagnose.mechanism_causes import asked, candidates_of
+from workbench.diagnose.mechanism_causes import candidates_of, rig_effects
 from workbench.diagnose.mechanism_errors import errors_in
 from workbench.diagnose.mechanism_files import found_in, write_extended
 from workbench.diagnose.mechanism_names import require_names
 from workbench.diagnose.mechanism_runs import (
-    Measured,
+    MeasuredRigRun,
     at_one_rate,
     noise_of,
     read_measured,
@@ -81,7 +81,7 @@ class MechanismRig:
         )
         more = {
             one.edit: Free(one.edit.key, one.edit.owner, one.tolerance, Scope.CANDIDATE)
-            for one in asked(content)
+            for one in rig_effects(content)
             if one.edit not in base
         }
         every = self._of(range(len(self.runs)), [*base.values(), *more.values()])
@@ -189,7 +189,14 @@ class MechanismRig:
         angles: Sequence[NDArray[np.float64] | None] | None,
         threads: int = 0,
     ) -> Errors | None:
-        """Return how far some runs are from what the model predicts; of `Rig`."""
+        """Return how far some runs are from what the model predicts; of `Rig`.
+
+        Args:
+            runs: their numbers.
+            values: of the model's own numbers, where they are not those of its file.
+            angles: (n,) of each run, not used: a mechanism has inputs [rad].
+            threads: 0 takes all cores.
+        """
         return errors_in(self.system(runs, self.base), values or {}, threads) if runs else None
 
     def _of(self, runs: Sequence[int], free: Sequence[Free]) -> MjcfSystem:
@@ -209,7 +216,7 @@ class MechanismRig:
             base[edit] = Free(one.field, one.owner, one.tolerance)
             if one.value is not None:
                 given[edit] = one.value
-        for one, value, added in found_in(self.file, list(asked(content))):
+        for one, value, added in found_in(self.file, list(rig_effects(content))):
             before = FIELDS[one.edit.key].read(self.spec, one.edit.owner)
             given[one.edit] = value + (given.get(one.edit, before) if added else 0.0)
         return given, base
@@ -244,7 +251,7 @@ def _spec(file: Document[RigFile]) -> mujoco.MjSpec:
     return explicit_inertias(spec)[0]
 
 
-def _channels(file: Document[RigFile], measured: Sequence[Measured]) -> tuple[Channel, ...]:
+def _channels(file: Document[RigFile], measured: Sequence[MeasuredRigRun]) -> tuple[Channel, ...]:
     """Return the channels with their noise, as stated or as the training runs show it."""
     content = file.content
     train = [

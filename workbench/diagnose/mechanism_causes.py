@@ -17,7 +17,7 @@ from workbench.fit import Edit, Parameter
 from workbench.schemas import RigFile
 from workbench.sim import Group
 
-__all__ = ["SECTIONS", "Asked", "Kind", "Section", "asked", "candidates_of"]
+__all__ = ["SECTIONS", "Kind", "RigEffect", "Section", "candidates_of", "rig_effects"]
 
 Section = Literal["joints", "bodies", "actuators", "channels", "inputs", "gravity"]
 
@@ -176,7 +176,7 @@ SECTIONS: dict[Section, dict[str, Kind]] = {
 
 
 @dataclass(frozen=True)
-class Asked:
+class RigEffect:
     """One effect that a rig file names.
 
     Args:
@@ -209,14 +209,14 @@ class Asked:
         return Edit(self.kind.field, self.owner)
 
 
-def asked(content: RigFile) -> Iterator[Asked]:
+def rig_effects(content: RigFile) -> Iterator[RigEffect]:
     """Yield the effects of a rig file."""
     for section, kinds in SECTIONS.items():
         given = getattr(content.effects, section)
         owners = {"": given} if section == "gravity" else given
         for owner, effects in owners.items():
             for effect, tolerance in effects.items():
-                yield Asked(section, owner, effect, tolerance, kinds[effect])
+                yield RigEffect(section, owner, effect, tolerance, kinds[effect])
 
 
 def candidates_of(
@@ -230,7 +230,7 @@ def candidates_of(
         more: parameters of the others.
     """
     found = {one.cause for one in content.found}
-    every = [one for one in asked(content) if one.name not in found]
+    every = [one for one in rig_effects(content) if one.name not in found]
     modes = tuple(dict.fromkeys(run.mode for run in content.runs))
     return tuple(
         Candidate(
@@ -258,7 +258,7 @@ def _freed(parameter: Parameter) -> str:
     )
 
 
-def _alike(one: Asked, other: Asked) -> bool:
+def _alike(one: RigEffect, other: RigEffect) -> bool:
     """Return whether an effect is said to be confused with another."""
     same = (one.section, one.owner) == (other.section, other.owner)
     named = one.kind.confused_with

@@ -9,14 +9,16 @@ from pathlib import Path
 from ruamel.yaml.comments import CommentedMap
 
 from workbench.diagnose.extension import Effects, entries
-from workbench.diagnose.mechanism_causes import Asked
+from workbench.diagnose.mechanism_causes import RigEffect
 from workbench.errors import FileFault, FileFaults, did_you_mean
 from workbench.schemas import Document, RigFile, rounded, write_changed
 
 __all__ = ["found_in", "write_extended"]
 
 
-def found_in(file: Document[RigFile], every: Collection[Asked]) -> list[tuple[Asked, float, bool]]:
+def found_in(
+    file: Document[RigFile], every: Collection[RigEffect]
+) -> list[tuple[RigEffect, float, bool]]:
     """Return what a rig file says was found: the effect, its number, and whether it is added.
 
     Args:
@@ -27,7 +29,7 @@ def found_in(file: Document[RigFile], every: Collection[Asked]) -> list[tuple[As
         FileFaults: for a cause or quantity that there is not.
     """
     known = {one.name: one for one in every}
-    found: list[tuple[Asked, float, bool]] = []
+    found: list[tuple[RigEffect, float, bool]] = []
     faults: list[FileFault] = []
     for k, entry in enumerate(file.content.found):
         if entry.cause not in known:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import mujoco
 
-from workbench.diagnose.mechanism_causes import Asked, Section, asked
+from workbench.diagnose.mechanism_causes import RigEffect, Section, rig_effects
 from workbench.errors import FileFault, FileFaults, did_you_mean
 from workbench.fit import FIELDS, Kind, names_of, units_of
 from workbench.schemas import Document, Location, RigFile
@@ -98,7 +98,7 @@ def _starts(file: Document[RigFile]) -> Iterator[FileFault]:
 
 def _effects(file: Document[RigFile], model: mujoco.MjModel) -> Iterator[FileFault]:
     """Yield the effects that the model or the channels do not allow."""
-    content, every = file.content, list(asked(file.content))
+    content, every = file.content, list(rig_effects(file.content))
     often = Counter(one.name for one in every)
     for one in every:
         place: Location = ("effects", one.section, one.owner, one.effect)
@@ -110,7 +110,7 @@ def _effects(file: Document[RigFile], model: mujoco.MjModel) -> Iterator[FileFau
             yield file.fault(place, words)
 
 
-def _refusal(one: Asked, content: RigFile, model: mujoco.MjModel) -> str | None:
+def _refusal(one: RigEffect, content: RigFile, model: mujoco.MjModel) -> str | None:
     if one.kind.field == "frictionloss" and int(model.opt.disableflags) & _OFF:
         return (
             "coulomb_friction: the model's options disable constraints or frictionloss, and "

@@ -16,7 +16,7 @@ from workbench.fit import Channel, Edit, JointStart, MjcfRun
 from workbench.noise import white_noise
 from workbench.schemas import Document, Location, RigFile, RigInput, RigStart
 
-__all__ = ["Measured", "at_one_rate", "noise_of", "read_measured", "repeats_of", "run_of"]
+__all__ = ["MeasuredRigRun", "at_one_rate", "noise_of", "read_measured", "repeats_of", "run_of"]
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ _RESTS = 3.0  # sigma that a scatter of rest may have
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class MeasuredRigRun:
     """One run as its tables have it.
 
     Args:
@@ -42,7 +42,7 @@ class Measured:
         times: (n,) [s], even; zero is where the simulation begins.
         values: (n, c) of the channels [SI], NaN where not seen.
         input_times: (m,) of the same clock [s].
-        inputs: (m, i) in the order of the rig's inputs.
+        inputs: (m, i) in the order of the rig's inputs [SI].
     """
 
     name: str
@@ -62,7 +62,7 @@ class Measured:
         return self.times >= -_AT_ZERO * self.sample_s
 
 
-def read_measured(file: Document[RigFile], k: int, name: str) -> Measured:
+def read_measured(file: Document[RigFile], k: int, name: str) -> MeasuredRigRun:
     """Read the tables of a run.
 
     Args:
@@ -103,7 +103,7 @@ def read_measured(file: Document[RigFile], k: int, name: str) -> Measured:
     if "free" in run.start.values():  # it starts where it is first seen
         begins = float(even[np.argmax(even >= begins - _UNEVEN * (even[1] - even[0]))])
     input_times, inputs = _finer(content.inputs, input_times - begins, inputs)
-    found = Measured(name, even - begins, _on(even, stamps, values), input_times, inputs)
+    found = MeasuredRigRun(name, even - begins, _on(even, stamps, values), input_times, inputs)
     if np.count_nonzero(found.begun) < _LEAST:
         count = np.count_nonzero(found.begun)
         words = f"begins: {table.path} has {count} samples after {begins:g} s; "
@@ -112,7 +112,9 @@ def read_measured(file: Document[RigFile], k: int, name: str) -> Measured:
     return found
 
 
-def noise_of(channels: Mapping[str, float | None], runs: Sequence[Measured]) -> list[float | None]:
+def noise_of(
+    channels: Mapping[str, float | None], runs: Sequence[MeasuredRigRun]
+) -> list[float | None]:
     """Return each channel's noise as stated, or as the runs show it; None where neither says it.
 
     Args:
@@ -127,7 +129,7 @@ def noise_of(channels: Mapping[str, float | None], runs: Sequence[Measured]) -> 
     return found
 
 
-def _noise(run: Measured, c: int) -> float:
+def _noise(run: MeasuredRigRun, c: int) -> float:
     """Return the noise of a channel in one run, at least that of its resolution; NaN of none."""
     values = run.values[:, c]
     steps = np.diff(np.unique(values[np.isfinite(values)]))
@@ -145,7 +147,7 @@ def _clipped(differences: Array) -> float:
     return float(np.std(np.clip(differences, *(np.median(differences) + far))))
 
 
-def repeats_of(runs: Sequence[Measured], sigma: Mapping[int, float]) -> float:
+def repeats_of(runs: Sequence[MeasuredRigRun], sigma: Mapping[int, float]) -> float:
     """Return how often samples of noise repeat one another at rest; 1 where nothing rests.
 
     Args:
@@ -164,7 +166,7 @@ def repeats_of(runs: Sequence[Measured], sigma: Mapping[int, float]) -> float:
     return repeats_from(found)
 
 
-def at_one_rate(runs: Sequence[Measured]) -> list[Measured]:
+def at_one_rate(runs: Sequence[MeasuredRigRun]) -> list[MeasuredRigRun]:
     """Return the runs at the rate of the fastest; samples that a slower one misses are not seen.
 
     Raises:
@@ -183,7 +185,7 @@ def at_one_rate(runs: Sequence[Measured]) -> list[Measured]:
 def run_of(
     file: Document[RigFile],
     k: int,
-    measured: Measured,
+    measured: MeasuredRigRun,
     channels: Sequence[Channel],
     given: Mapping[Edit, float],
 ) -> MjcfRun:
@@ -214,7 +216,7 @@ def run_of(
 
 
 def _start(
-    content: RigFile, joint: str, start: float | str | RigStart, measured: Measured,
+    content: RigFile, joint: str, start: float | str | RigStart, measured: MeasuredRigRun,
     channels: Sequence[Channel], given: Mapping[Edit, float],
 ) -> JointStart:  # fmt: skip
     """Return where a joint starts; priors are as wide as what the channel may read wrong."""
@@ -241,7 +243,7 @@ def _start(
     )
 
 
-def _seen(start: str, measured: Measured, values: Array, sigma: float) -> JointStart:
+def _seen(start: str, measured: MeasuredRigRun, values: Array, sigma: float) -> JointStart:
     """Return what the samples say, (n,): of rest before the run, or of its first samples."""
     begun = measured.begun
     if start == "free":
@@ -331,7 +333,7 @@ def _finer(inputs: Mapping[str, RigInput], times: Array, values: Array) -> tuple
     return finer, np.column_stack(columns)
 
 
-def _faster(run: Measured, ratio: int) -> Measured:
+def _faster(run: MeasuredRigRun, ratio: int) -> MeasuredRigRun:
     """Return a run with samples that are not seen between its own."""
     if ratio == 1:
         return run

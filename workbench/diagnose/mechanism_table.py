@@ -43,7 +43,7 @@ class Table:
         return self._table.column_names
 
     def column(self, name: str) -> NDArray[np.float64]:
-        """Return a column, (n,), NaN where the cell is empty.
+        """Return a column, (n,) [unit of the column], NaN where the cell is empty.
 
         Raises:
             InputError: with the line of a cell that is no number.
@@ -64,7 +64,7 @@ class Table:
             ) from None
 
     def known(self, name: str) -> NDArray[np.float64]:
-        """Return the column of an input, (n,).
+        """Return the column of an input, (n,) [unit of the column].
 
         Raises:
             InputError: with the line of a cell that is empty.
@@ -106,7 +106,11 @@ class Table:
 
 
 def require_even(table: Table, stamps: NDArray[np.float64]) -> None:
-    """Refuse a clock, (n,) [s], that misses samples.
+    """Refuse a clock that misses samples.
+
+    Args:
+        table: that it is of.
+        stamps: (n,) of the clock [s].
 
     Raises:
         InputError: with the line after the gap.

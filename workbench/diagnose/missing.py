@@ -24,7 +24,7 @@ from workbench.diagnose.wording import digits
 from workbench.fit import Hopper
 from workbench.noise import robust_sigma
 
-__all__ = ["ABSENT", "INDEPENDENT", "Dependence", "Missing", "missing_force"]
+__all__ = ["ABSENT", "INDEPENDENT", "Dependence", "MissingForceAnalysis", "missing_force"]
 
 Array = NDArray[np.float64]
 
@@ -98,7 +98,7 @@ class Dependence:
         share: of the variance beyond that of noise, in pieces that the regression has not seen.
         law: the term that explains it nearly alone, or how it changes sides with speed; empty where
             neither is.
-        direction: (2,) forward and up, in which the force is given.
+        direction: (2,) forward and up, in which the force is given [1].
         where: what to call that direction.
         size: root mean square of the force in it [N].
         sign: 1 where it goes with the coordinate, -1 against it; 0 where it is across it.
@@ -115,7 +115,7 @@ class Dependence:
 
 
 @dataclass(frozen=True, eq=False)
-class Missing:
+class MissingForceAnalysis:
     """What a model misses in the fitted runs.
 
     Args:
@@ -136,7 +136,7 @@ class Missing:
         return max(self.forces, key=lambda one: one.rms)
 
 
-def missing_force(base: Hypothesis, rules: Rules = RULES) -> Missing | None:
+def missing_force(base: Hypothesis, rules: Rules = RULES) -> MissingForceAnalysis | None:
     """Return the force that a hypothesis misses in its fitted runs; None of another rig's.
 
     Args:
@@ -157,7 +157,7 @@ def missing_force(base: Hypothesis, rules: Rules = RULES) -> Missing | None:
     rows = _rows(forces, "time", [])
     power = float(np.mean(rows.force**2)) / rows.noise
     sentence = _sentence(found[0], misses) if power > _PRESENT else ABSENT
-    return Missing(forces, tuple(found), sentence, power)
+    return MissingForceAnalysis(forces, tuple(found), sentence, power)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.drive_runs import propose_speed
-from workbench.diagnose.facts import Trial
+from workbench.diagnose.facts import ProposedRun
 from workbench.diagnose.linear import edges_of
 from workbench.diagnose.predicted import Predicted, Setting
 from workbench.diagnose.proposed import (
@@ -49,7 +49,7 @@ _ROUNDS = 4  # of the robust weights in one linearisation
 
 
 def propose(
-    found: Diagnosis, menu: Sequence[Trial], progress: Progress = lambda text: None
+    found: Diagnosis, menu: Sequence[ProposedRun], progress: Progress = lambda text: None
 ) -> Proposal | None:
     """Return the runs that separate best, each minute, what a diagnosis leaves.
 
@@ -70,7 +70,7 @@ def propose(
 
 
 def _of_observer(
-    found: Diagnosis, rig: HopperRig, menu: Sequence[Trial], progress: Progress
+    found: Diagnosis, rig: HopperRig, menu: Sequence[ProposedRun], progress: Progress
 ) -> Proposal | None:
     """Return the runs that separate best what the observer leaves; None where none does."""
     part, fits = found.parts["observer"], found.fits
@@ -85,7 +85,9 @@ def _of_observer(
     return propose_among(left, setting, menu, progress)
 
 
-def _shown(left: Sequence[Remaining], setting: Setting, menu: Sequence[Trial]) -> list[Remaining]:
+def _shown(
+    left: Sequence[Remaining], setting: Setting, menu: Sequence[ProposedRun]
+) -> list[Remaining]:
     """Return the base and the hidden causes that the greatest run of some mode shows most."""
     greatest = {one.mode: one for one in sorted(menu, key=lambda one: one.amount)}
     predicted = Predicted(left, setting, list(greatest.values()), _BEGIN_S)
@@ -96,7 +98,9 @@ def _shown(left: Sequence[Remaining], setting: Setting, menu: Sequence[Trial]) -
     return [left[0], *(replace(left[1 + k], weight=1 / len(most)) for k in most)]
 
 
-def _informative(left: Sequence[Remaining], rig: HopperRig, menu: Sequence[Trial]) -> list[Trial]:
+def _informative(
+    left: Sequence[Remaining], rig: HopperRig, menu: Sequence[ProposedRun]
+) -> list[ProposedRun]:
     """Return the trials of modes that can separate them.
 
     A mode that brings numbers nobody has fitted yet, as the ground does, is expensive to simulate
@@ -123,7 +127,7 @@ def _informative(left: Sequence[Remaining], rig: HopperRig, menu: Sequence[Trial
 def propose_among(
     left: Sequence[Remaining],
     setting: Setting,
-    menu: Sequence[Trial],
+    menu: Sequence[ProposedRun],
     progress: Progress = lambda text: None,
 ) -> Proposal | None:
     """Return the runs that say best which of some hypotheses is true; None where none does.
@@ -184,7 +188,7 @@ def _least(
     return setting.strict * max(rules.suspected, rules.apart * scatter)
 
 
-def _promising(predicted: Predicted, pairs: Sequence[tuple[int, int]]) -> list[Trial]:
+def _promising(predicted: Predicted, pairs: Sequence[tuple[int, int]]) -> list[ProposedRun]:
     """Return the trials that may separate most each minute, of each mode in turn.
 
     Alternatives that do not adapt lie farther apart than those that do: more cannot be separated.

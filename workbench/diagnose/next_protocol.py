@@ -11,7 +11,7 @@ from typing import Any
 
 from workbench.bundle import Bundle
 from workbench.diagnose.diagnosis import Diagnosis
-from workbench.diagnose.facts import Trial
+from workbench.diagnose.facts import ProposedRun
 from workbench.diagnose.next_experiment import propose
 from workbench.diagnose.proposed import TIMES, Proposal
 from workbench.errors import FileFaults, InputError
@@ -67,7 +67,7 @@ _BEFORE = {
 }
 
 MENU = tuple(
-    Trial(mode, amount, _DURATION_S, _REST_S)
+    ProposedRun(mode, amount, _DURATION_S, _REST_S)
     for mode, amounts in _AMOUNTS.items()
     for amount in amounts
 )
@@ -146,7 +146,7 @@ def bench_of(bundles: Sequence[Bundle]) -> Document[BenchFile] | None:
     return None
 
 
-def menu_of(bench: Document[BenchFile] | None) -> list[Trial]:
+def menu_of(bench: Document[BenchFile] | None) -> list[ProposedRun]:
     """Return the trials that a bench can make; all of them where no bench is known."""
     if bench is None:
         return list(MENU)
@@ -198,7 +198,7 @@ def _text(name: str, proposal: Proposal, robot: Sequence[str] = ()) -> str:
     ])  # fmt: skip
 
 
-def _steps(trials: Sequence[Trial]) -> list[str]:
+def _steps(trials: Sequence[ProposedRun]) -> list[str]:
     """Return the lines of the steps, mode by mode."""
     lines: list[str] = []
     for mode in _KEYS:
@@ -215,7 +215,7 @@ def _steps(trials: Sequence[Trial]) -> list[str]:
     return lines
 
 
-def _can(trial: Trial, bench: BenchFile, voltage_step: Decimal) -> bool:
+def _can(trial: ProposedRun, bench: BenchFile, voltage_step: Decimal) -> bool:
     """Return whether a bench allows a trial."""
     asked = Proposal((trial,), 0.0, (), 0.0)
     try:
@@ -237,6 +237,6 @@ def name_for(file: Path, schema: type[ModelFile] | type[ShapeFile], folder: Path
         return file.resolve().as_posix()
 
 
-def _worded(trial: Trial) -> str:
+def _worded(trial: ProposedRun) -> str:
     _, factor, unit = _KEYS[trial.mode]
     return f"{trial.mode} {factor * trial.amount:g} {unit}"

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.decide import Part, Scored, decide
-from workbench.diagnose.findings import Cause, Found, Refit, found_of
+from workbench.diagnose.findings import Cause, EstimatedQuantity, Refit, quantity_of
 from workbench.diagnose.fits import Fits, Hypothesis
 from workbench.diagnose.linear import beyond
 from workbench.diagnose.screening import Promise
@@ -126,10 +126,10 @@ def _scored(fits: Fits, one: Hypothesis) -> Scored:
 def _cause(candidate: Candidate, holder: Hypothesis, fits: Fits) -> Cause:
     """Return a candidate with what was found of its quantities, or of the numbers that it frees."""
     errors = fits.deviations(holder)
-    values, quantities = holder.values, dict[str, Found]()
+    values, quantities = holder.values, dict[str, EstimatedQuantity]()
     for key, parameter in candidate.quantities.items():
         value, error = values[parameter.name], errors[parameter.name]
-        quantities[key] = found_of(value, error, parameter.low, parameter.high, parameter.unit)
+        quantities[key] = quantity_of(value, error, parameter.low, parameter.high, parameter.unit)
     if candidate.frees:
         stated = {p.name: p.nominal for p in fits.rig.base}
         key, unit = candidate.freed
@@ -137,7 +137,7 @@ def _cause(candidate: Candidate, holder: Hypothesis, fits: Fits) -> Cause:
         pairs = list(zip(candidate.frees, scales, strict=True))
         more = float(np.mean([(values[name] - stated[name]) / scale for name, scale in pairs]))
         error = float(np.mean([errors[name] / scale for name, scale in pairs]))
-        quantities[key] = found_of(more, error, -np.inf, np.inf, unit)
+        quantities[key] = quantity_of(more, error, -np.inf, np.inf, unit)
     sentence = candidate.sentence.format_map(quantities)
     return Cause(candidate.name, quantities, sentence, candidate.separated_by)
 
@@ -146,7 +146,7 @@ def _refit(fits: Fits, best: Hypothesis) -> tuple[Refit, ...]:
     """Return what the fit changed of the model's own numbers."""
     errors, values, changed = fits.deviations(best), best.values, list[Refit]()
     for p in fits.rig.base:
-        now = found_of(values[p.name], errors[p.name], -np.inf, np.inf, p.unit)
+        now = quantity_of(values[p.name], errors[p.name], -np.inf, np.inf, p.unit)
         share = (now.value - p.nominal) / p.deviation
         changed.append(Refit(p.name, p.nominal, now.value, now.low, now.high, p.unit, share))
     return tuple(changed)

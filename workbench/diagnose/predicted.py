@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.facts import Trial
+from workbench.diagnose.facts import ProposedRun
 from workbench.diagnose.hypothetical import hypothetical_runs
 from workbench.diagnose.remaining import Remaining
 from workbench.diagnose.rig import HopperRig
@@ -56,7 +56,7 @@ class Predicted:
         self,
         left: Sequence[Remaining],
         setting: Setting,
-        menu: Sequence[Trial],
+        menu: Sequence[ProposedRun],
         longest: float = np.inf,
     ) -> None:
         self.left, self.setting = left, setting
@@ -72,7 +72,7 @@ class Predicted:
         self.systems = [self._refined(i) for i in range(len(left))] if whole else []
 
     def estimator(self, j: int, i: int, like: Hopper | None = None) -> tuple[Estimator, Array]:
-        """Return the estimator of a hypothesis j for the runs that i predicts, and its numbers."""
+        """Return the estimator of j for the runs that i predicts, and its numbers, (p,) [1]."""
         setting, one = self.setting, self.left[j]
         rig = setting.rig.with_runs(self.runs[i])
         first = len(setting.rig.measured)
@@ -92,7 +92,12 @@ class Predicted:
         return plain.refined([one.qpos for one in estimator.innovations(x, keep=True)])
 
     def parts(self, residuals: Array, system: Hopper) -> list[Array]:
-        """Return the residuals of each trial, (n, c) each."""
+        """Return the residuals of each trial, (n, c) each [1].
+
+        Args:
+            residuals: (m,) of all [1].
+            system: that observed them.
+        """
         shapes = [system.seen(k).shape for k in range(len(self.menu))]
         ends = np.cumsum([0, *(n * c for n, c in shapes)])
         return [

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from workbench.diagnose.facts import Trial
+from workbench.diagnose.facts import ProposedRun
 
 __all__ = ["FURTHEST", "LEAST_CHANCE", "TIMES", "Proposal", "Separation", "minutes_of"]
 
@@ -54,7 +54,7 @@ class Proposal:
         chance: that they reject an alternative of what is true.
     """
 
-    trials: tuple[Trial, ...]
+    trials: tuple[ProposedRun, ...]
     minutes: float
     separations: tuple[Separation, ...]
     chance: float
@@ -73,7 +73,7 @@ class Proposal:
         }  # fmt: skip
 
 
-def minutes_of(trials: Sequence[Trial]) -> float:
+def minutes_of(trials: Sequence[ProposedRun]) -> float:
     """Return how long runs take on a bench, with the handling that each needs [min]."""
     usual = next(iter(HANDLING_S.values()))
     runs = sum(one.rest + one.duration + HANDLING_S.get(one.mode, usual) for one in trials)

@@ -44,10 +44,10 @@ class Remaining:
         noise: process noise of each group of joints.
         known: parameter -> its place in the information.
         information: (p, p) J' W J of the runs that exist with the priors, in numbers of unit prior
-            deviation; what belongs to single runs is eliminated.
+            deviation [1]; what belongs to single runs is eliminated.
         cost: -2 ln of the posterior of the fitted runs.
-        blocks: (b,) -2 ln L of each second of the fitted runs.
-        held: (h,) the same of the runs held out; empty where they were not judged.
+        blocks: (b,) -2 ln L of each second of the fitted runs [1].
+        held: (h,) the same of the runs held out [1]; empty where they were not judged.
         weight: how likely it is among all that remain.
         hidden: whether the runs that exist cannot show its causes.
     """
@@ -70,7 +70,7 @@ class Remaining:
         return " with ".join(self.names) or "none of them"
 
     def within(self, parameters: Sequence[Parameter]) -> Array:
-        """Return the information on some parameters, (p, p); a prior where no run shows them."""
+        """Return the information on parameters, (p, p) [1]; a prior where no run shows them."""
         found = np.eye(len(parameters))
         places = [(i, self.known[p.name]) for i, p in enumerate(parameters) if p.name in self.known]
         if places:
@@ -79,7 +79,7 @@ class Remaining:
         return found
 
     def behind(self, truth: Remaining) -> tuple[float, Array]:
-        """Return by how much it costs more than what is true, and that of each second, (b,)."""
+        """Return by how much it costs more than what is true, and that of each second, (b,) [1]."""
         every, cost = self.blocks - truth.blocks, self.cost - truth.cost
         if len(self.held) == len(truth.held):
             held = self.held - truth.held

@@ -146,7 +146,7 @@ def pairs_without(
 
 
 def columns_of(near: Linear, vector: ParameterVector) -> Array:
-    """Return the derivatives by some parameters, with the rows of their priors, (m, p)."""
+    """Return the derivatives by some parameters, with the rows of their priors, (m, p) [1]."""
     at = {name: k for k, name in enumerate(near.names)}
     columns = near.jacobian[:, [at[p.name] for p in vector.parameters]]
     weighted = np.flatnonzero(vector.weighted)
@@ -156,7 +156,14 @@ def columns_of(near: Linear, vector: ParameterVector) -> Array:
 
 
 def neighbourhood(estimator: Estimator, x: Array, residuals: Array, jacobian: Array) -> Linear:
-    """Return residuals (m,) and their Jacobian (m, p) at numbers (p,), without the priors' rows."""
+    """Return what is known around a fit, without the priors' rows.
+
+    Args:
+        estimator: of the fit.
+        x: (p,) numbers [prior deviations].
+        residuals: (m,) there [1].
+        jacobian: (m, p) of them [1].
+    """
     vector, system, edges = estimator.vector, estimator.system, [0]
     for seen in map(system.seen, range(len(system.names))):
         edges += list(edges[-1] + seen.shape[1] * edges_of(len(seen), system.sample_s)[1:])

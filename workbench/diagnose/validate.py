@@ -95,8 +95,9 @@ def errors_of(
     Args:
         robot: as read from its file.
         runs: held out.
-        turned: of each, the rotor's angle against T as the drive is said to make it [rad], from
-            the run's first observed sample on; None where it turned as it was seen, or not at all.
+        turned: (n,) of each, the rotor's angle against T as the drive is said to make it [rad],
+            from the run's first observed sample on; None where it turned as it was seen, or not at
+            all.
         threads: 0 takes all cores.
     """
     found: dict[str, Replay] = {}

@@ -5,7 +5,11 @@ right. Nothing is changed and nothing is switched; of a bench's supply only the 
 add a check: a function without arguments, or of a folder, and its line in `examine`.
 """
 
+from typing import TYPE_CHECKING
+
 from workbench.doctor.examine import examine
 from workbench.doctor.finding import Finding, State
+from workbench.room_exports import exports
 
-__all__ = ["Finding", "State", "examine"]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -13,6 +13,8 @@ far start to the minimum, `process` how much process noise the data ask for, `in
 Nothing here knows of a diagnosis, a report or a command line.
 """
 
+from typing import TYPE_CHECKING
+
 from workbench.fit.correction import LONGEST
 from workbench.fit.drive import calm, commanded_angle, fit_drive
 from workbench.fit.estimation import estimate
@@ -25,7 +27,7 @@ from workbench.fit.measured import MeasuredRun, measured_run, measured_runs, pac
 from workbench.fit.minimise import ROUGH, Minimum, minimum, soft
 from workbench.fit.noise import coloured_noise
 from workbench.fit.observer import Innovations, Job, Observation, Start, observe
-from workbench.fit.online import LEAST_REST, Estimate, MissingForce, OnlineObserver
+from workbench.fit.online import LEAST_REST, Estimate, OnlineObserver, PointForces
 from workbench.fit.parameters import Acts, Parameter, ParameterVector, Scope
 from workbench.fit.prediction import predictions
 from workbench.fit.process import likeliest
@@ -39,82 +41,7 @@ from workbench.fit.systems.mjcf import MjcfSystem
 from workbench.fit.systems.mjcf_model import Kind, names_of, require_hinges_and_slides, units_of
 from workbench.fit.systems.mjcf_parameters import FIELDS, Edit, Free, compiled, explicit_inertias
 from workbench.fit.systems.mjcf_runs import Channel, Input, JointStart, MjcfRun
+from workbench.room_exports import exports
 
-__all__ = [
-    "FIELDS",
-    "FOOT",
-    "LEAST_REST",
-    "LONGEST",
-    "ROBUST",
-    "ROUGH",
-    "WINDOW",
-    "Acts",
-    "Channel",
-    "Combination",
-    "Covariance",
-    "Edit",
-    "Estimate",
-    "Estimator",
-    "Fit",
-    "Free",
-    "Hopper",
-    "Innovations",
-    "Input",
-    "Interval",
-    "Job",
-    "JointStart",
-    "Kind",
-    "MeasuredRun",
-    "Minimum",
-    "MissingForce",
-    "MjcfRun",
-    "MjcfSystem",
-    "Modes",
-    "Observation",
-    "OnlineObserver",
-    "Parameter",
-    "ParameterVector",
-    "Replay",
-    "Scope",
-    "Start",
-    "System",
-    "at_points",
-    "calm",
-    "coloured_noise",
-    "commanded_angle",
-    "compared",
-    "compared_s",
-    "compiled",
-    "counted",
-    "covariance",
-    "estimate",
-    "estimated_state",
-    "explicit_inertias",
-    "fit_drive",
-    "fit_near",
-    "fit_system",
-    "free_parameters",
-    "intervals",
-    "likeliest",
-    "measured_run",
-    "measured_runs",
-    "minimised",
-    "minimum",
-    "names_of",
-    "observe",
-    "paced",
-    "pose",
-    "predictions",
-    "reaches",
-    "refined",
-    "replayed",
-    "require_hinges_and_slides",
-    "same_robot",
-    "separable",
-    "settled",
-    "smoothed",
-    "soft",
-    "undetermined",
-    "units_of",
-    "warnings_of",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

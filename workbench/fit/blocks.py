@@ -25,8 +25,8 @@ class Blocks:
 
     Args:
         edges: (b + 1,) rows between which the blocks lie.
-        columns: of each block, those that are not all zero.
-        parts: of each block, (rows, columns) derivatives.
+        columns: (k,) of each block, those that are not all zero.
+        parts: (rows, k) derivatives of each block [1].
         width: p.
     """
 
@@ -37,7 +37,12 @@ class Blocks:
 
     @classmethod
     def of(cls, matrix: Array, edges: Sequence[int] = ()) -> Blocks:
-        """Return the blocks of a matrix (m, p); one where no edges (b + 1,) are given."""
+        """Return the blocks of a matrix.
+
+        Args:
+            matrix: (m, p) [1].
+            edges: (b + 1,) rows between which the blocks lie; all are one where none are given.
+        """
         edges = tuple(edges) or (0, len(matrix))
         rows = [matrix[a:b] for a, b in pairwise(edges)]
         columns = tuple(np.flatnonzero(one.any(axis=0)) for one in rows)
@@ -45,14 +50,19 @@ class Blocks:
         return cls(edges, columns, parts, matrix.shape[1])
 
     def dense(self) -> Array:
-        """Return the matrix, (m, p)."""
+        """Return the matrix, (m, p) [1]."""
         matrix = np.zeros((self.edges[-1], self.width))
         for (a, b), columns, part in self._rows():
             matrix[a:b, columns] = part
         return matrix
 
     def normal(self, residuals: Array, weights: Array) -> tuple[Array, Array]:
-        """Return J' W r, (p,), and J' W J, (p, p), of residuals and weights (m,)."""
+        """Return J' W r, (p,) [1], and J' W J, (p, p) [1].
+
+        Args:
+            residuals: (m,) r [1].
+            weights: (m,) diagonal of W [1].
+        """
         gradient, curvature = np.zeros(self.width), np.zeros((self.width, self.width))
         for (a, b), columns, part in self._rows():
             weighted = part * weights[a:b, None]
@@ -61,7 +71,12 @@ class Blocks:
         return gradient, curvature
 
     def updated(self, change: Array, step: Array) -> Blocks:
-        """Return the blocks that a step (p,) with its change of the residuals (m,) asks for."""
+        """Return Broyden's update of the blocks after a step.
+
+        Args:
+            change: (m,) by how much the residuals changed [1].
+            step: (p,) that was taken [1].
+        """
         parts = []
         for (a, b), columns, part in self._rows():
             own = step[columns]

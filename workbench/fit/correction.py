@@ -34,7 +34,7 @@ def predicted(
 
     Args:
         places: (s, nbody, 3) xpos [m].
-        axes: (s, nbody, 9) xmat.
+        axes: (s, nbody, 9) xmat [1].
         bodies: (p,) of the points.
         offsets: (s, p, 3) in the bodies' frames [m].
         points: (s, p, 3) written [m].
@@ -61,11 +61,11 @@ def translations(
         points: (s, p, 3) places [m].
         bodies: (p,) of the points.
         anchors: (s, njnt, 3) xanchor [m].
-        axes: (s, njnt, 3) xaxis.
+        axes: (s, njnt, 3) xaxis [1].
         joints: (nv,) of the degrees of freedom.
         slides: (nv,) which of them slide.
         moving: (nbody, nv) which move a body.
-        jacobian: (s, 3 p, nv) written.
+        jacobian: (s, 3 p, nv) written [m/m, m/rad].
     """
     for s in range(points.shape[0]):
         for p in range(points.shape[1]):
@@ -96,30 +96,35 @@ def correct(
     """Correct all simulations by one sample.
 
     Args:
-        seen: (s, c) measured channels; NaN where not seen.
-        gate: (s, c) innovation beyond which a sample is left out, as long as a glitch may last.
+        seen: (s, c) measured; NaN where not seen [unit of the channel].
+        gate: (s, c) innovation beyond which a sample is left out, as long as a glitch may last
+            [unit of the channel].
         streak: (s, c) samples in a row beyond the gate so far, counted on.
         points: (s, p, 3) predicted places [m].
-        jacobian: (s, 3 p, nv) of the points.
-        mix: (s, c, 3 p) from points to channels.
-        pick: (s, c, nq) from joints to channels.
-        pick_rate: (s, c, nv) from the joints' rates to channels.
-        bias: (s, c) added to the channels.
+        jacobian: (s, 3 p, nv) of the points [m/m, m/rad].
+        mix: (s, c, 3 p) from points to channels [unit of the channel by m].
+        pick: (s, c, nq) from joints to channels [unit of the channel by that of qpos].
+        pick_rate: (s, c, nv) from the joints' rates to channels [unit of the channel by that of
+            qvel].
+        bias: (s, c) added [unit of the channel].
         delay: (s, c) by which the channels show places late [s].
-        basis: (s, nv, m) modes.
-        covariance: (s, 2 m + v, 2 m + v) before the sample; v = c where noise has a memory, or 0.
-        noise: (s, c) variance of what is white of the channels' noise.
-        memory: (s, c) correlation of a channel's noise with that of the sample before.
-        coloured: (s, c) noise with a memory, expected, corrected and taken on in place.
-        follow: entries of userdata that move with the first degree of freedom.
-        qpos: (s, nq) corrected in place.
-        qvel: (s, nv) corrected in place.
-        userdata: (s, nuserdata) corrected in place.
-        innovation: (s, c) written: measured less predicted, NaN where not seen or left out.
-        white: (s, c) written: L^-1 e with L L' = S, zero where not seen.
-        information: (s,) written: log det S of the channels seen.
-        slopes: (s, c, m) written: H of the coordinates; that of their rates is pick_rate basis
-            less delay times it.
+        basis: (s, nv, m) modes [kg^-0.5].
+        covariance: (s, 2 m + v, 2 m + v) of z, and of v, before the sample [their units squared]; v
+            = c where noise has a memory, or 0.
+        noise: (s, c) variance of what is white of the noise [unit of the channel squared].
+        memory: (s, c) correlation of a channel's noise with that of the sample before [1].
+        coloured: (s, c) noise with a memory, expected, corrected and taken on in place [unit of the
+            channel].
+        follow: (k,) entries of userdata that move with the first degree of freedom.
+        qpos: (s, nq) corrected in place [m, rad].
+        qvel: (s, nv) corrected in place [m/s, rad/s].
+        userdata: (s, nuserdata) corrected in place [SI].
+        innovation: (s, c) written: measured less predicted, NaN where not seen or left out [unit of
+            the channel].
+        white: (s, c) written: L^-1 e with L L' = S, zero where not seen [1].
+        information: (s,) written: log det S of the channels seen [1].
+        slopes: (s, c, m) written: H of the coordinates [unit of the channel by m sqrt(kg)]; that of
+            their rates is pick_rate basis less delay times it.
     """
     count, channels = seen.shape
     modes = basis.shape[2]

@@ -35,7 +35,7 @@ class DriveFit:
         gain: true over commanded speed.
         lag: time constant of the speed behind the command [s].
         delay: of the whole motion against the command's clock [s].
-        deviation: standard errors of gain, lag and delay, (3,).
+        deviation: (3,) standard errors of gain [1], lag and delay [s].
         left: standard deviation of what the regression leaves after smoothing [rad]: a motor that
             does otherwise than gain, lag and delay say.
         angle: (n,) smoothed angle against T [rad].

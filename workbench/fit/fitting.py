@@ -108,7 +108,7 @@ def fit_system(
     progress("observe the runs with strong correction")
     estimator = refined(Estimator.of(system, vector, _far(system), threads=threads), x)
     held = np.array([p.scope is Scope.RUN for p in vector.parameters])
-    found = _minimum(replace(estimator, window=_FIRST_S), x, ~held, _MOST, ROUGH)
+    found = minimised(replace(estimator, window=_FIRST_S), x, ~held, _MOST, ROUGH)
     count, whole = found.evaluations, estimator.window
     short = replace(estimator.with_noise(system.strong), window=_FIRST_S)
     if any(short.samples(k) < estimator.samples(k) for k in range(len(system.names))):
@@ -136,7 +136,7 @@ def settled(estimator: Estimator, x: Array) -> Fit:
         estimator: of the residuals.
         x: (p,) the minimiser's numbers there [1].
     """
-    found = _minimum(estimator, _inside(estimator.vector, x), None, _MOST)
+    found = minimised(estimator, _inside(estimator.vector, x), None, _MOST)
     return _ended(estimator, found, found.evaluations)
 
 
@@ -149,7 +149,7 @@ def _rounds(
     estimator = likeliest(estimator, found.x)
     estimator, found, count, same = _weighed(estimator, before, progress, count)
     progress("fit whole runs")
-    found = _minimum(estimator, found.x, None, _MOST, CLOSE, found.jacobian, same)
+    found = minimised(estimator, found.x, None, _MOST, CLOSE, found.jacobian, known=same)
     return _ended(estimator, found, count + found.evaluations, central)
 
 
@@ -163,7 +163,7 @@ def _weighed(
     for _ in range(rounds):
         progress(words)
         before = found.jacobian if len(found.jacobian) else None
-        found = _minimum(estimator, found.x, None, _MOST, ROUGH, before)
+        found = minimised(estimator, found.x, None, _MOST, ROUGH, before, known=False)
         count += found.evaluations
         progress("weigh correction against noise")
         weighed = likeliest(estimator, found.x)
@@ -190,8 +190,9 @@ def minimised(
     near: float = CLOSE,
     jacobian: Array | None = None,
     radius: float = 1.0,
+    known: bool = True,
 ) -> Minimum:
-    """Return the least cost of an estimator as it is.
+    """Return the least cost of an estimator as it is; columns of held numbers are zero.
 
     Args:
         estimator: of the residuals.
@@ -199,38 +200,15 @@ def minimised(
         free: (p,) which are moved; all where left out.
         most: evaluations of the residuals.
         near: of `minimum`.
-        jacobian: (m, p) of the residuals near the start [1], where one is known.
+        jacobian: (m, p) of the residuals near the start [1], where one is known: it says how far
+            differences may reach.
         radius: of `minimum`.
-    """
-    return _minimum(estimator, x, free, most, near, jacobian, jacobian is not None, radius)
-
-
-def _minimum(
-    estimator: Estimator,
-    x: Array,
-    free: NDArray[np.bool_] | None,
-    most: int,
-    near: float = CLOSE,
-    before: Array | None = None,
-    known: bool = False,
-    radius: float = 1.0,
-) -> Minimum:
-    """Return the minimum in all numbers; columns of those that are held are zero.
-
-    Args:
-        estimator: of the residuals.
-        x: (p,) the minimiser's numbers at the start [1].
-        free: (p,) which are moved; all where left out.
-        most: evaluations of the residuals.
-        near: of `minimum`.
-        before: Jacobian of an earlier stage: it says how far differences may reach.
-        known: whether it is also that of these residuals.
-        radius: of `minimum`.
+        known: whether it is of these residuals, not of an earlier stage.
     """
     moved = np.arange(len(x)) if free is None else np.flatnonzero(free)
-    steps = np.full(len(x), FARTHEST) if before is None else reaches(before)
+    steps = np.full(len(x), FARTHEST) if jacobian is None else reaches(jacobian)
     low, high = estimator.vector.bounds
-    slopes = before[:, moved] if known and before is not None else None
+    slopes = jacobian[:, moved] if known and jacobian is not None else None
     count = passes = 0
 
     def whole(part: Array) -> Array:

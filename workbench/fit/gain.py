@@ -45,7 +45,7 @@ class Modes:
     rates: Array | None = None
 
     def transition(self, seconds: float) -> Array:
-        """Return A, (2 m, 2 m), over a time."""
+        """Return A, (2 m, 2 m) [unit of z by that of z], over a time."""
         count = len(self.stiffness)
         drift = _SLOWEST**2 * np.eye(count)
         rates = np.block(
@@ -57,7 +57,7 @@ class Modes:
         return np.asarray(scipy.linalg.expm(rates * seconds), dtype=np.float64)
 
     def kicks(self, process: Array, seconds: float) -> Array:
-        """Return Q, (2 m, 2 m): what white forces do in a time.
+        """Return Q, (2 m, 2 m) [units of z squared]: what white forces do in a time.
 
         Args:
             process: (nv,) their deviation [N sqrt(s), N m sqrt(s)].
@@ -73,12 +73,13 @@ class Gain:
     """What the correction needs to know of a run: modes, covariance and noise.
 
     Args:
-        basis: (nv, m).
+        basis: (nv, m) of the modes [kg^-0.5].
         covariance: (2 m + v, 2 m + v) of z, and of the v = c noises with a memory if any has one,
-            before a sample.
-        noise: (c,) variance of what is white of the channels' noise.
-        memory: (c,) correlation of a channel's noise with that of the sample before.
-        fresh: (c,) variance of what is new in noise with a memory; zeros where none has one.
+            before a sample [their units squared].
+        noise: (c,) variance of what is white of the noise [unit of the channel squared].
+        memory: (c,) correlation of a channel's noise with that of the sample before [1].
+        fresh: (c,) variance of what is new in noise with a memory; zeros where none has one [unit
+            of the channel squared].
     """
 
     basis: Array
@@ -88,12 +89,12 @@ class Gain:
     fresh: Array
 
     def with_noises(self, transition: Array, kicks: Array, slopes: Array) -> tuple[Array, ...]:
-        """Return A, Q and H of the modes with those of noises with a memory, if any has one.
+        """Return A, Q, (2 m + v, 2 m + v), and H, (..., c, 2 m + v), with the noises' [as given].
 
         Args:
-            transition: (2 m, 2 m).
-            kicks: (2 m, 2 m).
-            slopes: (..., c, 2 m).
+            transition: (2 m, 2 m) A of the modes [unit of z by that of z].
+            kicks: (2 m, 2 m) Q of the modes [units of z squared].
+            slopes: (..., c, 2 m) H of the modes [unit of the channel by that of z].
         """
         if not self.fresh.any():
             return transition, kicks, slopes
@@ -112,10 +113,11 @@ def stationary(
 
     Args:
         modes: of the system.
-        process: (nv,) process noise of each degree of freedom; zero everywhere makes no correction.
-        sigma: (c,) standard deviation of the channels' noise.
+        process: (nv,) process noise of each degree of freedom [N sqrt(s), N m sqrt(s)]; zero
+            everywhere makes no correction.
+        sigma: (c,) standard deviation of the noise [unit of the channel].
         seconds: from one sample to the next.
-        memory: (c,) of the noise; None where it is white.
+        memory: (c,) of the noise [1]; None where it is white.
     """
     size = 2 * modes.basis.shape[1]
     begin = Gain(modes.basis, np.zeros((size, size)), sigma**2, 0 * sigma, 0 * sigma)

@@ -23,7 +23,7 @@ from workbench.fit.correction import correct, predicted, translations
 from workbench.fit.gain import Gain
 from workbench.sim import Stepper, keep_engine_quiet, parallel_map
 
-__all__ = ["Found", "Innovations", "Job", "Observation", "Start", "Together", "observe"]
+__all__ = ["Innovations", "Job", "Observation", "SampleInnovations", "Start", "Together", "observe"]
 
 Array = NDArray[np.float64]
 
@@ -198,7 +198,7 @@ def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
     seen = _padded([job.seen for job in jobs], length, np.nan)
     control = _padded([job.control for job in jobs], length, 0.0)
     count, channels, modes = len(jobs), seen.shape[2], jobs[0].gain.basis.shape[1]
-    found = Found.of(length, count, channels, modes)
+    found = SampleInnovations.of(length, count, channels, modes)
     kept = [np.zeros((length if keep else 0, *part.shape)) for part in together.state]
     sane = np.full(count, length)
     for k in range(length):
@@ -207,7 +207,7 @@ def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
             sane[broken] = np.minimum(sane[broken], k)
         if keep:
             kept[0][k], kept[1][k] = together.state
-        together.correct(seen[:, k], Found(*(part[k] for part in found)))
+        together.correct(seen[:, k], SampleInnovations(*(part[k] for part in found)))
     rates = together.rates(found.slopes)
     return [
         Innovations(
@@ -221,14 +221,14 @@ def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
     ]
 
 
-class Found(NamedTuple):
+class SampleInnovations(NamedTuple):
     """What one sample, or many, (...), shows of s simulations; fields as those of `Innovations`.
 
     Args:
-        error: (..., s, c).
-        white: (..., s, c).
-        information: (..., s).
-        slopes: (..., s, c, m).
+        error: (..., s, c) [unit of the channel].
+        white: (..., s, c) [1].
+        information: (..., s) [1].
+        slopes: (..., s, c, m) [unit of the channel by m sqrt(kg)].
     """
 
     error: Array
@@ -237,7 +237,7 @@ class Found(NamedTuple):
     slopes: Array
 
     @classmethod
-    def of(cls, *sizes: int) -> Found:
+    def of(cls, *sizes: int) -> SampleInnovations:
         """Return room for (..., s, c, m), nothing seen."""
         error, white = np.full((2, *sizes[:-1]), np.nan)
         return cls(error, white, np.zeros(sizes[:-2]), np.zeros(sizes))
@@ -286,20 +286,20 @@ class Together:
         """Step to the next sample and say which simulations blew up, (s,).
 
         Args:
-            control: (s, nu) until then.
+            control: (s, nu) until then [unit of the actuator].
             samples: to step over.
-            rows: which of them; all where left out.
+            rows: (k,) which of them; all where left out.
         """
         self._command[:] = control
         self._stepper.broken[:] = False  # corrected, it may go on
         self._stepper.step(samples * self._steps, rows)
         return self._stepper.broken
 
-    def correct(self, seen: Array, found: Found) -> None:
+    def correct(self, seen: Array, found: SampleInnovations) -> None:
         """Correct all simulations by one sample.
 
         Args:
-            seen: (s, c) measured channels, NaN where not seen.
+            seen: (s, c) measured, NaN where not seen [unit of the channel].
             found: written.
         """
         stepper = self._stepper
@@ -312,7 +312,11 @@ class Together:
         correct(*row)
 
     def rates(self, slopes: Array) -> Array:
-        """Return the derivatives of the channels by the coordinates' rates, as `slopes`."""
+        """Return `Innovations.rates`, (..., s, c, m) [unit of the channel by m sqrt(kg)/s].
+
+        Args:
+            slopes: (..., s, c, m) of `Innovations` [unit of the channel by m sqrt(kg)].
+        """
         pick_rate, delay, basis = self._view[2], self._view[4], self._gain[0]
         return pick_rate @ basis - delay[..., None] * slopes
 

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from workbench.errors import InputError
 from workbench.fit.gain import Gain, Modes, stationary
 from workbench.fit.measured import MeasuredRun
-from workbench.fit.observer import Found, Innovations, Job, Together
+from workbench.fit.observer import Innovations, Job, SampleInnovations, Together
 from workbench.fit.smoother import WINDOW, at_points, smoothed
 from workbench.fit.systems.hopper import Hopper
 from workbench.fit.systems.hopper_view import View
@@ -36,7 +36,7 @@ from workbench.motion import DRIVEN, FOOT, PITCH, ROTOR_ANGLE, Mode, seen_median
 from workbench.sim import Robot, applied
 from workbench.timeseries import TimeSeries
 
-__all__ = ["AHEAD", "LEAST_REST", "Estimate", "MissingForce", "OnlineObserver"]
+__all__ = ["AHEAD", "LEAST_REST", "Estimate", "OnlineObserver", "PointForces"]
 
 Array = NDArray[np.float64]
 
@@ -72,7 +72,7 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class MissingForce:
+class PointForces:
     """Forces that the model misses, at points of it.
 
     Args:
@@ -124,7 +124,7 @@ class OnlineObserver:
         free = replace(gain, covariance=np.zeros_like(gain.covariance))
         jobs = [Job.of(start, none, gain, gate), *[Job.of(start, none, free)] * _PREDICTING]
         self._together, self._points = Together(jobs), len(run.places)
-        self._found = Found.of(len(jobs), len(self.channels), gain.basis.shape[1])
+        self._found = SampleInnovations.of(len(jobs), len(self.channels), gain.basis.shape[1])
         self._ages = np.full(_PREDICTING, -1)  # of the simulations that predict, in samples
         self._age = 0
         view, radius = View.of(applied(robot).effects), robot.values["rotor_radius"]
@@ -178,7 +178,7 @@ class OnlineObserver:
         self._begin(min(samples, AHEAD))
         return Estimate(qpos[0].copy(), predicted, error)
 
-    def missing_force(self) -> MissingForce | None:
+    def missing_force(self) -> PointForces | None:
         """Return the newest force that the model misses; None before there were enough samples."""
         if len(self._last) < _FORCE_SAMPLES:
             return None
@@ -196,7 +196,7 @@ class OnlineObserver:
         names = ["top"] if self._foot_at is not None else ["foot", "top"]
         pairs = ((float(a), float(b)) for a, b in (*force[0].reshape(-1, 2), *sigma.reshape(-1, 2)))
         found = list(pairs)
-        return MissingForce(
+        return PointForces(
             ago,
             dict(zip(names, found[: len(names)], strict=True)),
             dict(zip(names, found[len(names) :], strict=True)),

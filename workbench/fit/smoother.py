@@ -42,11 +42,11 @@ class Smoothed:
     """What is to be added to an observer's states before each sample, and what pushed the robot.
 
     Args:
-        filtered: (n, 2 m) what the samples up to each one say.
-        change: (n, 2 m) what all samples say.
-        covariance: (n, 2 m, 2 m) of the smoothed state.
+        filtered: (n, 2 m) what the samples up to each one say [m sqrt(kg), m sqrt(kg)/s].
+        change: (n, 2 m) what all samples say [m sqrt(kg), m sqrt(kg)/s].
+        covariance: (n, 2 m, 2 m) of the smoothed state [units of `change` squared].
         force: (n, m) missing modal force [N/sqrt(kg)], its mean over `WINDOW` samples around each.
-        force_covariance: (n, m, m) of it, the model's own process noise being the prior.
+        force_covariance: (n, m, m) of it, the model's own process noise being the prior [N^2/kg].
     """
 
     filtered: Array

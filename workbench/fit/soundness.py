@@ -38,7 +38,13 @@ def warnings_of(fit: Fit) -> list[str]:
 
 
 def rate_words(name: str, times: Array, sample_s: float) -> list[str]:
-    """Return what is wrong with the rate of a run's samples, (n,) times [s]."""
+    """Return what is wrong with the rate of a run's samples.
+
+    Args:
+        name: of the run.
+        times: (n,) of the samples [s].
+        sample_s: what the observer needs.
+    """
     step = float(np.median(np.diff(times)))
     if abs(step / sample_s - 1) < _RATE:
         return []
@@ -49,7 +55,14 @@ def rate_words(name: str, times: Array, sample_s: float) -> list[str]:
 
 
 def gap_words(name: str, channels: Sequence[str], seen: Array, sample_s: float) -> list[str]:
-    """Return which channels, (n, c) with NaN where not seen, were away for longer than 0.5 s."""
+    """Return which channels were not seen for longer than 0.5 s.
+
+    Args:
+        name: of the run.
+        channels: c names.
+        seen: (n, c), NaN where not seen [unit of the channel].
+        sample_s: from one sample to the next.
+    """
     found = []
     for channel, values in zip(channels, seen.T, strict=True):
         away = np.diff(np.concatenate([[0], np.isnan(values).astype(int), [0]]))

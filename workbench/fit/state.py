@@ -59,7 +59,11 @@ class Observed:
     smoothed: Smoothed
 
     def states(self, change: Array) -> tuple[Array, Array]:
-        """Return positions and velocities, (n, nv) each, after a change of the modes, (n, 2 m)."""
+        """Return positions [m, rad] and velocities [m/s, rad/s], (n, nv) each, after a change.
+
+        Args:
+            change: (n, 2 m) of the modes' coordinates and rates [m sqrt(kg), m sqrt(kg)/s].
+        """
         basis, half = self.modes.basis.T, len(self.modes.stiffness)
         qpos, qvel = self.innovations.qpos, self.innovations.qvel
         return qpos + change[:, :half] @ basis, qvel + change[:, half:] @ basis

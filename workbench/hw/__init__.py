@@ -27,7 +27,7 @@ from workbench.hw.safety import Prepared, check_scale, prepare, stop, switch_on,
 from workbench.hw.supply import DEAD_V, Identity, Limits, Reading, Supply
 from workbench.hw.wirelog import WireLog
 from workbench.hw.words import written
-from workbench.lazy_names import lazy_names
+from workbench.room_exports import exports
 
 if TYPE_CHECKING:
     from workbench.hw.guardian.client import open_guarded
@@ -41,64 +41,5 @@ if TYPE_CHECKING:
     from workbench.hw.simulated.motor import draw_current
     from workbench.hw.simulated.serving import serve, serve_terminal
 
-__all__ = [
-    "DEAD_V",
-    "FAMILIES",
-    "KEEP_TRYING_S",
-    "MODELS",
-    "NO_RECORDS",
-    "Clock",
-    "Connection",
-    "Family",
-    "Identity",
-    "LeaseClock",
-    "Limits",
-    "ModbusModel",
-    "Model",
-    "Prepared",
-    "Rating",
-    "Reading",
-    "Records",
-    "ScpiModel",
-    "SimulatedClock",
-    "SimulatedFault",
-    "SimulatedSupply",
-    "Supply",
-    "SystemClock",
-    "WireLog",
-    "check_scale",
-    "delayed_fault",
-    "draw_current",
-    "find_supply",
-    "model_named",
-    "obey",
-    "open_guarded",
-    "open_supply",
-    "prepare",
-    "require_reachable",
-    "serve",
-    "serve_terminal",
-    "simulated_supply",
-    "stop",
-    "switch_on",
-    "watch",
-    "who_answers",
-    "written",
-]
-
-if not TYPE_CHECKING:  # a type checker knows the names, and should miss others
-    __getattr__ = lazy_names(
-        __name__,
-        {
-            "guardian.client": ["open_guarded"],
-            "guardian.lease": ["LeaseClock"],
-            "guardian.messages": ["KEEP_TRYING_S", "NO_RECORDS", "Records"],
-            "ports": ["find_supply", "who_answers"],
-            "simulated.control": ["delayed_fault", "obey"],
-            "simulated.device": ["SimulatedSupply"],
-            "simulated.families": ["simulated_supply"],
-            "simulated.faults": ["SimulatedFault"],
-            "simulated.motor": ["draw_current"],
-            "simulated.serving": ["serve", "serve_terminal"],
-        },
-    )
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

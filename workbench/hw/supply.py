@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from decimal import Decimal
-from types import TracebackType
 from typing import Literal, NamedTuple, Self
 
 from workbench.errors import InputError, SafetyStop, WorkbenchError
@@ -322,12 +321,7 @@ class Supply(ABC):
         """Return the supply; the block's end switches it off."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         """Switch off and close, whatever happened.
 
         Raises:

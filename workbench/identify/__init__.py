@@ -13,6 +13,8 @@ answers and rings. Pages and figures, and all of a fit at once, are in `report`.
 The room simulates and fits; it opens no device.
 """
 
+from typing import TYPE_CHECKING
+
 from workbench.fit import MeasuredRun, measured_run, measured_runs
 from workbench.identify.calibrate import (
     OmittedRun,
@@ -52,48 +54,7 @@ from workbench.identify.spectrum import SpectralLine, Spectrum
 from workbench.identify.speed_line import CONFIDENCE, SpeedLine, SpeedPoint, fit_line
 from workbench.identify.sweep import SweepPoint
 from workbench.identify.validation import PointError, RunValidation, Validation, validate
+from workbench.room_exports import exports
 
-__all__ = [
-    "BEAM",
-    "CONFIDENCE",
-    "FOOT",
-    "FrequencySurface",
-    "Identification",
-    "MeasuredRun",
-    "ModeDamping",
-    "OmittedRun",
-    "Pair",
-    "ParameterEstimate",
-    "PointError",
-    "Resonances",
-    "RunValidation",
-    "SpectralLine",
-    "Spectrum",
-    "SpeedCalibration",
-    "SpeedLine",
-    "SpeedPoint",
-    "SweepPoint",
-    "Validation",
-    "calibrate",
-    "damping",
-    "fit_line",
-    "fitted_pairs",
-    "frequency_surface",
-    "identify",
-    "label",
-    "last_day",
-    "measured_run",
-    "measured_runs",
-    "new_target",
-    "on_their_bench",
-    "propose_protocol",
-    "resonances",
-    "shaft_speed",
-    "simulated_pair",
-    "speed_point",
-    "speed_points",
-    "validate",
-    "write_calibration",
-    "write_model",
-    "write_new",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -68,7 +68,11 @@ def check_line(line: SpeedLine) -> dict[str, Check]:
 
 
 def voltage_groups(voltages: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Return for each voltage (n,) the number of its group, from 0; equal ones share a group."""
+    """Return for each voltage the number of its group, (n,), from 0; equal ones share a group.
+
+    Args:
+        voltages: (n,) [V].
+    """
     order = np.argsort(voltages)
     group = np.concatenate([[0], np.cumsum(np.diff(voltages[order]) > SAME_VOLTAGE)])
     out = np.empty(len(voltages), dtype=np.intp)

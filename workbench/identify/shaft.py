@@ -19,6 +19,8 @@ from workbench.tracking import RotorSpeed, mean_speed
 
 __all__ = ["shaft_speed"]
 
+Array = NDArray[np.float64]
+
 START_UP_S = 1.0  # after the last change of the voltage
 RUN_OUT_S = 0.2  # before the output goes off: the run's clock and the cameras' differ by less
 LEAST_TURNS = 3.0
@@ -62,12 +64,7 @@ def shaft_speed(run: MeasuredRun) -> RotorSpeed:
     return mean_speed(times, angle)
 
 
-def _tilt(
-    times: NDArray[np.float64],
-    angle: NDArray[np.float64],
-    part: TimeSeries,
-    seen: NDArray[np.bool_],
-) -> NDArray[np.float64]:
+def _tilt(times: Array, angle: Array, part: TimeSeries, seen: NDArray[np.bool_]) -> Array:
     """Return the tilt of the beam's tip, (n,) [rad], up to a constant.
 
     Line and harmonics are fitted with it, so that it takes nothing of theirs: the line through what
@@ -83,7 +80,7 @@ def _tilt(
     return np.column_stack(tip) @ found[len(turning) :]
 
 
-def _tip(part: TimeSeries, seen: NDArray[np.bool_]) -> list[NDArray[np.float64]]:
+def _tip(part: TimeSeries, seen: NDArray[np.bool_]) -> list[Array]:
     """Return terms up to the second power of T's place from the foot, in the foot's frame."""
     x, z = (part[TOP[k]][seen] - part[FOOT[k]][seen] for k in (0, 2))
     pitch = part[PITCH][seen]
@@ -93,7 +90,7 @@ def _tip(part: TimeSeries, seen: NDArray[np.bool_]) -> list[NDArray[np.float64]]
     return [forward, up, forward**2, forward * up, up**2, pitch - pitch.mean()]
 
 
-def _require_turning(times: NDArray[np.float64], angle: NDArray[np.float64]) -> None:
+def _require_turning(times: Array, angle: Array) -> None:
     count = abs(angle[-1] - angle[0]) / _TURN
     if count < LEAST_TURNS:
         raise InputError(
@@ -109,9 +106,7 @@ def _require_turning(times: NDArray[np.float64], angle: NDArray[np.float64]) -> 
         )
 
 
-def _progress(
-    times: NDArray[np.float64], angle: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _progress(times: Array, angle: Array) -> tuple[Array, Array]:
     """Return times (m,) [s] and how many turns the rotor makes in one mean turn's time after."""
     turn = _TURN * np.ptp(times) / abs(angle[-1] - angle[0])
     begin = times[times <= times[-1] - turn]
@@ -119,7 +114,7 @@ def _progress(
     return begin, np.abs(moved) / _TURN
 
 
-def _require_steady(times: NDArray[np.float64], angle: NDArray[np.float64]) -> None:
+def _require_steady(times: Array, angle: Array) -> None:
     """Refuse a speed with a trend; what is uneven within a turn is none."""
     begin, turned = _progress(times, angle)
     change = float(np.polyfit(begin, turned, 1)[0] * np.ptp(times))
@@ -130,7 +125,7 @@ def _require_steady(times: NDArray[np.float64], angle: NDArray[np.float64]) -> N
         )
 
 
-def _require_counted(times: NDArray[np.float64], angle: NDArray[np.float64]) -> None:
+def _require_counted(times: Array, angle: Array) -> None:
     """Refuse a gap across which a steady rotor would have turned otherwise than was counted."""
     since = times - times.mean()
     residual = angle - np.polyval(np.polyfit(since, angle, 1), since)

@@ -70,8 +70,8 @@ class WeightedFit(NamedTuple):
     """A linear fit with a common scatter.
 
     Args:
-        coefficients: (p,).
-        covariance: (p, p), scatter included.
+        coefficients: (p,) [unit of each].
+        covariance: (p, p) of them, scatter included [their units squared].
         scatter: standard deviation tau.
         birge: square root of chi^2 over the degrees of freedom without the scatter.
         degrees: of freedom.
@@ -95,9 +95,9 @@ def fitted(
     """Fit y by weighted least squares.
 
     Args:
-        terms: (n, p) of full rank, n > p.
-        y: (n,).
-        errors: (n,) standard errors of y, the scatter not among them.
+        terms: (n, p) of full rank, n > p [unit of y by that of each coefficient].
+        y: (n,) [any unit].
+        errors: (n,) standard errors, the scatter not among them [unit of y].
     """
     degrees = len(y) - terms.shape[1]
     variances = np.maximum(errors, LEAST_ERROR) ** 2

@@ -8,7 +8,11 @@ observer itself (`fit.online`), where the points are in a frame (`tracking.causa
 To show one more number: one field of `LiveState`, filled in `worker.py`.
 """
 
+from typing import TYPE_CHECKING
+
 from workbench.live.messages import LiveState, LiveSummary, LiveTask
 from workbench.live.twin import LiveTwin, NoTwin
+from workbench.room_exports import exports
 
-__all__ = ["LiveState", "LiveSummary", "LiveTask", "LiveTwin", "NoTwin"]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

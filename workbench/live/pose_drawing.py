@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.fit import Estimate, MissingForce
+from workbench.fit import Estimate, PointForces
 from workbench.motion import FOOT, PITCH, ROTOR, TOP
 from workbench.sim import Robot, hinge_name
 
@@ -40,7 +40,7 @@ class PoseDrawing:
         self._origin: Array | None = None
 
     def of(
-        self, seen: Mapping[str, float], estimate: Estimate, missing: MissingForce | None
+        self, seen: Mapping[str, float], estimate: Estimate, missing: PointForces | None
     ) -> dict[str, Any]:
         """Return what is drawn, in JSON's terms; places [m] from the foot's rest, forces [N]."""
         robot = self._pose(estimate.qpos)

@@ -8,7 +8,7 @@ of files, cameras or the simulation. Names are loaded when they are used.
 
 from typing import TYPE_CHECKING
 
-from workbench.lazy_names import lazy_names
+from workbench.room_exports import exports
 
 if TYPE_CHECKING:
     from workbench.motion.clamped import (
@@ -55,88 +55,5 @@ if TYPE_CHECKING:
     )
     from workbench.motion.ringdown import RingDown, summarize_release
 
-__all__ = [
-    "CORNER_FORCES",
-    "DRIVEN",
-    "FOOT",
-    "FOOT_ERROR",
-    "LEAST_SAMPLES",
-    "ORDERS",
-    "PITCH",
-    "RELEASED",
-    "ROTOR",
-    "ROTOR_ANGLE",
-    "ROTOR_SPEED",
-    "TOP",
-    "TOP_ERROR",
-    "ClampedResponse",
-    "DampedSinusoid",
-    "Misfit",
-    "Mode",
-    "RingDown",
-    "SinusoidFit",
-    "Summary",
-    "answer",
-    "factors",
-    "first_motion",
-    "fit_sinusoids",
-    "lag",
-    "last_motion",
-    "misfit",
-    "position",
-    "release",
-    "rotor_angle",
-    "rotor_speed",
-    "seen_median",
-    "steady_end",
-    "summarize",
-    "summarize_clamped",
-    "summarize_release",
-    "terms",
-    "time_zero",
-]
-
-if not TYPE_CHECKING:  # a type checker knows the names, and should miss others
-    __getattr__ = lazy_names(
-        __name__,
-        {
-            "clamped": [
-                "ClampedResponse",
-                "ORDERS",
-                "answer",
-                "factors",
-                "lag",
-                "steady_end",
-                "summarize_clamped",
-                "terms",
-            ],
-            "damped_sinusoids": ["DampedSinusoid", "LEAST_SAMPLES", "SinusoidFit", "fit_sinusoids"],
-            "motion": [
-                "CORNER_FORCES",
-                "DRIVEN",
-                "FOOT",
-                "FOOT_ERROR",
-                "Misfit",
-                "Mode",
-                "PITCH",
-                "RELEASED",
-                "ROTOR",
-                "ROTOR_ANGLE",
-                "ROTOR_SPEED",
-                "Summary",
-                "TOP",
-                "TOP_ERROR",
-                "first_motion",
-                "last_motion",
-                "misfit",
-                "position",
-                "release",
-                "rotor_angle",
-                "rotor_speed",
-                "seen_median",
-                "summarize",
-                "time_zero",
-            ],
-            "ringdown": ["RingDown", "summarize_release"],
-        },
-    )
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

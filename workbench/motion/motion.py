@@ -269,7 +269,7 @@ def summarize(motion: TimeSeries, duration: float) -> Summary:
     x, z = position(motion, FOOT)[:, 0], position(motion, FOOT)[:, 2]
     t, angle = motion.times, motion[ROTOR_ANGLE]
     return Summary(
-        distance_m=_median_at(t, x, duration) - _rest(t, x),
+        distance_m=seen_median(x[np.abs(t - duration) <= _INSTANT_S]) - _rest(t, x),
         hop_height_m=_hop_height(t, z, angle, duration) - _rest(t, z),
         speed_rad_s=_mean_speed(t, np.where(motion.validity(ROTOR_ANGLE), angle, np.nan), duration),
     )
@@ -307,10 +307,6 @@ def _onset(t: NDArray[np.float64], moved: NDArray[np.float64]) -> float:
 
 def _rest(t: NDArray[np.float64], y: NDArray[np.float64]) -> float:
     return seen_median(y[t <= 0])
-
-
-def _median_at(t: NDArray[np.float64], y: NDArray[np.float64], when: float) -> float:
-    return seen_median(y[np.abs(t - when) <= _INSTANT_S])
 
 
 def _hop_height(

@@ -10,6 +10,8 @@ The room knows numbers only: no robot, no file of the workbench but its own chec
 algorithm is one file with a subclass of `Algorithm`, and its name in `tests/optimize/contract.py`.
 """
 
+from typing import TYPE_CHECKING
+
 from workbench.optimize.algorithm import Algorithm, State
 from workbench.optimize.cma_es import Cmaes, CmaesOptions
 from workbench.optimize.evaluation import Evaluate, Evaluation, candidate_key
@@ -20,28 +22,7 @@ from workbench.optimize.niches import Describe, Likely, Possible
 from workbench.optimize.pareto import Pareto, ParetoOptions
 from workbench.optimize.search import Watch, search
 from workbench.optimize.space import Space
+from workbench.room_exports import exports
 
-__all__ = [
-    "Algorithm",
-    "Cmaes",
-    "CmaesOptions",
-    "Describe",
-    "Evaluate",
-    "Evaluation",
-    "Generation",
-    "GeneticAlgorithm",
-    "GeneticOptions",
-    "Guided",
-    "GuidedOptions",
-    "History",
-    "Likely",
-    "Pareto",
-    "ParetoOptions",
-    "Possible",
-    "Space",
-    "State",
-    "Trial",
-    "Watch",
-    "candidate_key",
-    "search",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -162,10 +162,14 @@ class GeneticAlgorithm(Algorithm):
 
 
 def expectation(fitness: NDArray[np.float64], max_survival_rate: float) -> NDArray[np.float64]:
-    """Return how many parents' places each individual is due, shift-linear, (n,) of mean 1.
+    """Return how many parents' places each individual is due, shift-linear, (n,) [1] of mean 1.
 
-    The values are a linear function of the fitness (n,): the best is due `max_survival_rate`, the
+    The values are a linear function of the fitness: the best is due `max_survival_rate`, the
     mean 1. Where the worst would be due less than nothing it is due nothing, and the best less.
+
+    Args:
+        fitness: (n,) less is better [unit of the goal].
+        max_survival_rate: what the best is due.
     """
     best, worst = fitness.min(), fitness.max()
     if best == worst:
@@ -179,12 +183,24 @@ def expectation(fitness: NDArray[np.float64], max_survival_rate: float) -> NDArr
 def roulette(
     generator: np.random.Generator, expected: NDArray[np.float64], count: int
 ) -> NDArray[np.intp]:
-    """Draw individuals, each with a chance proportional to its expectation (n,), (count,)."""
+    """Draw individuals, (count,), each with a chance proportional to its expectation.
+
+    Args:
+        generator: of all that is random.
+        expected: (n,) of `expectation` [1].
+        count: how many are drawn.
+    """
     return generator.choice(len(expected), size=count, p=expected / expected.sum())
 
 
 def scattered(
     generator: np.random.Generator, first: NDArray[np.float64], second: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return children (n, d) that take each variable from either parent by the toss of a coin."""
+    """Return children, (n, d) [unit of each variable], of two parents by the toss of coins.
+
+    Args:
+        generator: of all that is random.
+        first: (n, d) parents [unit of each variable].
+        second: (n, d) the others [unit of each variable].
+    """
     return np.where(generator.integers(0, 2, first.shape, dtype=bool), first, second)

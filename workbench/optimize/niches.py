@@ -78,25 +78,35 @@ class Niches:
         return len(self._centres)
 
     def standard(self, candidates: Points) -> Points:
-        """Return what describes candidates in units of the points' spread, (n, f)."""
+        """Return what describes candidates, (n, f) [spreads of the points].
+
+        Args:
+            candidates: (n, d) [unit of each variable].
+        """
         return (self._describe(candidates) - self._centre) / self._scale
 
     def of(self, described: Points) -> NDArray[np.intp]:
-        """Return the niche of each of (n, f) standard descriptors, (n,)."""
+        """Return the niche of each, (n,).
+
+        Args:
+            described: (n, f) of `standard` [spreads of the points].
+        """
         return scipy.cluster.vq.vq(described, self._centres)[0].astype(np.intp)
 
     def members(self, niche: int) -> NDArray[np.intp]:
-        """Return the rows of `points` that lie in a niche."""
+        """Return the rows of `points` that lie in a niche, (k,)."""
         return np.flatnonzero(self._index == niche)
 
 
 def varied(space: Space, generator: np.random.Generator, parents: Points, count: int) -> Points:
-    """Return variations: some mix two parents, each is stepped off by a length of its own.
+    """Return variations, (count, d) [unit of each variable].
+
+    Some mix two parents, each is stepped off by a length of its own.
 
     Args:
         space: that they are of.
         generator: of all that is random.
-        parents: (n, d).
+        parents: (n, d) [unit of each variable].
         count: how many are wanted.
     """
     scaled = (parents - space.lower) / space.widths

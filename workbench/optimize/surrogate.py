@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 __all__ = ["Surrogate", "learn_scales"]
 
+Array = NDArray[np.float64]
+
 _MOST_TO_LEARN_FROM = 240  # candidates, the best ones: the effort grows with their cube
 _LENGTHS = (0.3, 30.0)  # of the descriptors' spread
 _VARIANCE = (1e-2, 1e2)  # of the scores' own
@@ -23,14 +25,12 @@ _NOISE = (1e-5, 0.5)  # of the scores' variance
 _JITTER = 1e-9
 
 
-def learn_scales(
-    described: NDArray[np.float64], scores: NDArray[np.float64], begin: Sequence[float]
-) -> list[float]:
+def learn_scales(described: Array, scores: Array, begin: Sequence[float]) -> list[float]:
     """Return the most likely scales: logarithms of variance, lengths and noise.
 
     Args:
-        described: (n, f) in units of the descriptors' spread.
-        scores: (n,), more is better.
+        described: (n, f) [spreads of the descriptors].
+        scores: (n,) more is better [unit of the score].
         begin: where to look from beside the usual place, those learnt before; empty for none.
     """
     from sklearn.exceptions import ConvergenceWarning
@@ -49,28 +49,30 @@ class Surrogate:
     """Predicts the scores of candidates, and how sure that is.
 
     Args:
-        described: (n, f) in units of the descriptors' spread.
-        scores: (n,), more is better.
+        described: (n, f) [spreads of the descriptors].
+        scores: (n,) more is better [unit of the score].
         scales: as `learn_scales` gave them.
     """
 
-    def __init__(
-        self, described: NDArray[np.float64], scores: NDArray[np.float64], scales: Sequence[float]
-    ) -> None:
+    def __init__(self, described: Array, scores: Array, scales: Sequence[float]) -> None:
         kernel = _kernel(described.shape[1]).clone_with_theta(np.array(scales))
         self._process = _process(kernel, optimizer=None).fit(described, scores)
 
-    def predict(
-        self, described: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return mean and standard deviation of the scores, each (m,)."""
+    def predict(self, described: Array) -> tuple[Array, Array]:
+        """Return mean and standard deviation of the scores, each (m,) [unit of the score].
+
+        Args:
+            described: (m, f) [spreads of the descriptors].
+        """
         mean, deviation = self._process.predict(described, return_std=True)
         return mean, deviation
 
-    def together(
-        self, described: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the mean (m,) and the covariance (m, m) of the scores."""
+    def together(self, described: Array) -> tuple[Array, Array]:
+        """Return mean, (m,) [unit of the score], and covariance, (m, m) [its square].
+
+        Args:
+            described: (m, f) [spreads of the descriptors].
+        """
         mean, covariance = self._process.predict(described, return_cov=True)
         return mean, covariance
 

@@ -8,19 +8,11 @@ outlives every program that drives it and refuses the next one when the last lef
     Ledger(key).latch()       why nothing may be driven, or None
 """
 
+from typing import TYPE_CHECKING
+
 from workbench.output.ledger import Latch, Ledger, ledgers, state_folder
 from workbench.output.state import BY_HAND, FOUND, MAY_BE_ON, OutputState, State, after, fold
+from workbench.room_exports import exports
 
-__all__ = [
-    "BY_HAND",
-    "FOUND",
-    "MAY_BE_ON",
-    "Latch",
-    "Ledger",
-    "OutputState",
-    "State",
-    "after",
-    "fold",
-    "ledgers",
-    "state_folder",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -11,9 +11,13 @@ reads what it writes, and speaks to its server in `control`. It is no safety dev
 To show one more thing: one key in `view.py`, one line in `page/panel.js`, one test.
 """
 
+from typing import TYPE_CHECKING
+
 from workbench.panel.protocols import Protocols
 from workbench.panel.server import Panel
 from workbench.panel.starting import Starter
 from workbench.panel.watcher import Watcher
+from workbench.room_exports import exports
 
-__all__ = ["Panel", "Protocols", "Starter", "Watcher"]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

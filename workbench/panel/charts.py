@@ -18,7 +18,13 @@ _MOST_POINTS = 1200  # of a curve: twice the pixels of a chart
 
 
 class Curve(NamedTuple):
-    """One line: (n,) times [s], (n,) values, NaN where not known, and its classes."""
+    """One line.
+
+    Args:
+        times: (n,) [s].
+        values: (n,) NaN where not known [unit of the chart].
+        style: its classes.
+    """
 
     times: NDArray[np.float64]
     values: NDArray[np.float64]

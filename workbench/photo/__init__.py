@@ -8,25 +8,15 @@ What a deviation means for the robot does not: that is `as_built`. Only `opencv`
 only when it is used. A new board is a row in `board`, a new tape a row in `strip`.
 """
 
+from typing import TYPE_CHECKING
+
 from workbench.photo.board import BOARDS, FOOT_TURN_RAD, Board, find_board
 from workbench.photo.board_page import CHECK_BAR_MM, write_board
 from workbench.photo.manual import read_angles, read_points
 from workbench.photo.print_scale import printed_scale
 from workbench.photo.reading import FOOT_SIGMA_RAD, AsBent, read_photo
 from workbench.photo.strip import TAPES
+from workbench.room_exports import exports
 
-__all__ = [
-    "BOARDS",
-    "CHECK_BAR_MM",
-    "FOOT_SIGMA_RAD",
-    "FOOT_TURN_RAD",
-    "TAPES",
-    "AsBent",
-    "Board",
-    "find_board",
-    "printed_scale",
-    "read_angles",
-    "read_photo",
-    "read_points",
-    "write_board",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -55,7 +55,7 @@ class Camera:
     Args:
         numbers: (p,) eight of the homography from board to picture, k1, k2, the two of p, and for
             each further sheet its shift (2,) [m] and turn [rad] against the first.
-        covariance: (p, p) of them.
+        covariance: (p, p) of them [their units squared].
         centre: (2,) of the picture [pixel].
         half_diagonal: of the picture [pixel].
         origin: (2,) of the board that the homography is about [m].
@@ -75,16 +75,24 @@ class Camera:
 
     @property
     def homography(self) -> Array:
-        """Return the matrix from board to undistorted picture, (3, 3)."""
+        """Return the matrix from board to undistorted picture, (3, 3) [1]."""
         return np.append(self.numbers[:8], 1.0).reshape(3, 3)
 
     def to_pixels(self, positions: Array) -> Array:
-        """Return where points of the board, (..., 2) [m], are seen, (..., 2) [pixel]."""
+        """Return where points of the board are seen, (..., 2) [pixel].
+
+        Args:
+            positions: (..., 2) on the board [m].
+        """
         flat = _projected(self.homography, (positions - self.origin) / self.reach)
         return self.centre + self.half_diagonal * _bent(flat, self.numbers[_LENS])
 
     def to_board(self, pixels: Array) -> Array:
-        """Return the points of the board, (..., 2) [m], seen at pixels (..., 2)."""
+        """Return the points of the board that are seen, (..., 2) [m].
+
+        Args:
+            pixels: (..., 2) where they are seen [pixel].
+        """
         seen = (pixels - self.centre) / self.half_diagonal
         flat = seen
         back = np.linalg.inv(self.homography).astype(np.float64)
@@ -120,7 +128,11 @@ class Camera:
         return Viewpoint(self.origin + self.reach * eye[:2], float(self.reach * abs(eye[2])))
 
     def changed(self, numbers: Array) -> Camera:
-        """Return the same camera with other numbers."""
+        """Return the same camera with other numbers.
+
+        Args:
+            numbers: (p,) of `Camera` [m, rad, 1].
+        """
         return Camera(
             numbers, self.covariance, self.centre, self.half_diagonal, self.origin, self.reach
         )

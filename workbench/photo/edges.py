@@ -14,7 +14,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.photo.fit import Points
+from workbench.photo.fit import StripPoints
 from workbench.photo.strip import StripView
 from workbench.shape import Arcs
 
@@ -57,7 +57,7 @@ class _Contour(NamedTuple):
 
 def refined_points(
     view: StripView, arcs: Arcs, thickness: tuple[float, float], width: float
-) -> Points:
+) -> StripPoints:
     """Return points of the contour that faces away from the camera's foot, and both ends.
 
     Args:
@@ -89,7 +89,7 @@ def refined_points(
     positions = middle + (side * found.offset)[:, None] * normal
     ends, noise = _ends(view, arcs, thickness[0], width)
     half = thickness[0] / 2, thickness[1] / 2
-    return Points(positions[seen], side[seen], ends, noise, half, found.doubt[seen])
+    return StripPoints(positions[seen], side[seen], ends, noise, half, found.doubt[seen])
 
 
 def _contour(view: StripView, middle: Array, out: Array, thickness: float) -> _Contour:

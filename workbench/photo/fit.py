@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from workbench.noise import robust_sigma
 from workbench.shape import Arcs, equal_length_arcs
 
-__all__ = ["Points", "StripFit", "fit_strip"]
+__all__ = ["StripFit", "StripPoints", "fit_strip"]
 
 Array = NDArray[np.float64]
 
@@ -33,17 +33,17 @@ _ROUNDS = 6
 
 
 @dataclass(frozen=True, eq=False)
-class Points:
-    """What is seen of a strip, in the plane where it lies [m].
+class StripPoints:
+    """What is seen of a strip, in the plane where it lies.
 
     Args:
-        positions: (n, 2) on its centreline or on one of its contours, in order along it.
+        positions: (n, 2) on its centreline or on one of its contours, in order along it [m].
         sides: (n,) 1 on the contour to the left of the way from root to tip, -1 to the right, 0 on
-            the centreline.
-        ends: (2, 2) root and tip.
+            the centreline [1].
+        ends: (2, 2) root and tip [m].
         end_noise: (2,) standard deviation of where they are along the strip [m].
         half_thickness: as seen, prior mean and standard deviation [m].
-        doubt: (n,) or one for all: how much less sure than the usual point each is.
+        doubt: (n,) or one for all: how much less sure than the usual point each is [1].
     """
 
     positions: Array
@@ -53,14 +53,14 @@ class Points:
     half_thickness: tuple[float, float] = (0.0, 1e-6)
     doubt: Array | float = 1.0
 
-    def mirrored(self) -> Points:
+    def mirrored(self) -> StripPoints:
         """Return it seen from the other side, x to -x."""
         flip = np.array([-1.0, 1.0])
         return replace(
             self, positions=self.positions * flip, sides=-self.sides, ends=self.ends * flip
         )
 
-    def reversed(self) -> Points:
+    def reversed(self) -> StripPoints:
         """Return it with root and tip exchanged."""
         return replace(
             self,
@@ -79,11 +79,11 @@ class StripFit:
     Args:
         numbers: (20,) root's x and z [m], 16 angles [rad] of which the first is the root's heading,
             the scale's logarithm, half the thickness as seen [m].
-        covariance: (20, 20) of them.
+        covariance: (20, 20) of them [their units squared].
         length: of the strip itself [m].
         noise: standard deviation of a point across the strip [m].
-        influence: (20, n) what a metre of each point across the strip changes.
-        normals: (n, 2) across the strip at each point.
+        influence: (20, n) what a metre of each point across the strip changes [their units by m].
+        normals: (n, 2) across the strip at each point [1].
     """
 
     numbers: Array
@@ -109,13 +109,13 @@ class StripFit:
         return _arcs(self.numbers, self.length)
 
 
-def fit_strip(points: Points, length: float, start: Array, target: Array) -> StripFit:
+def fit_strip(points: StripPoints, length: float, start: Array, target: Array) -> StripFit:
     """Return the arcs that lie nearest to the points.
 
     Args:
         points: of the strip, root first, not mirrored.
         length: of the strip [m].
-        start: (20,) numbers to begin at.
+        start: (20,) numbers to begin at [m, rad, 1].
         target: (15,) bends that it should have [rad], a weak prior.
     """
     problem = _Problem(points, length, target, start)
@@ -159,7 +159,7 @@ class _Problem:
 
     typical = np.concatenate([[0.01, 0.01], np.full(16, 0.1), [0.01, 0.001]])
 
-    def __init__(self, points: Points, length: float, target: Array, start: Array) -> None:
+    def __init__(self, points: StripPoints, length: float, target: Array, start: Array) -> None:
         self.points, self.length, self.target = points, length, target
         arcs = _arcs(start, length)
         dense = np.linspace(0, arcs.length, 2000)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError, what_to_do
-from workbench.photo.fit import Points, fit_strip
+from workbench.photo.fit import StripPoints, fit_strip
 from workbench.photo.orient import oriented, rough_numbers
 from workbench.photo.reading import AsBent, as_bent
 from workbench.schemas import ShapeFile
@@ -88,7 +88,7 @@ def read_points(
             f"{1000 * target.length:.0f} mm long; give x,y in mm, in order from root to tip, both "
             "ends included"
         )
-    points = Points(
+    points = StripPoints(
         positions, np.zeros(len(positions)), positions[[0, -1]], np.full(2, _END_NOISE_M)
     )
     goal = np.array(target.angles)

@@ -34,7 +34,7 @@ class Corners:
     Args:
         board: which one.
         number: (n,) of each corner on the board.
-        pixels: (n, 2) where it is seen, columns and rows.
+        pixels: (n, 2) where it is seen, columns and rows [pixel].
     """
 
     board: Board

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.photo.fit import Points
+from workbench.photo.fit import StripPoints
 
 __all__ = ["oriented", "rough_numbers"]
 
@@ -20,7 +20,7 @@ _SMOOTHING = 0.5  # of an increment, over which a heading is taken
 
 
 def rough_numbers(positions: Array, length: float, half_thickness: float) -> Array:
-    """Return numbers of `StripFit` for a rough path, root first.
+    """Return numbers of `StripFit`, (20,) [m, rad, 1], for a rough path, root first.
 
     Args:
         positions: (n, 2) along the centreline [m].
@@ -44,11 +44,11 @@ def rough_numbers(positions: Array, length: float, half_thickness: float) -> Arr
 
 def oriented(
     name: str,
-    points: Points,
+    points: StripPoints,
     length: float,
     target: NDArray[np.float64],
     foot: Callable[[float], float] | None,
-) -> tuple[Points, bool]:
+) -> tuple[StripPoints, bool]:
     """Return the points root first and as seen from the drawn side, and whether they were mirrored.
 
     Args:
@@ -78,7 +78,7 @@ def oriented(
 
 
 def _misfit(
-    points: Points,
+    points: StripPoints,
     length: float,
     target: NDArray[np.float64],
     foot: Callable[[float], float] | None,

@@ -14,7 +14,7 @@ from workbench.errors import InputError, what_to_do
 from workbench.photo.board import FOOT_TURN_RAD
 from workbench.photo.camera import Camera, calibrate
 from workbench.photo.edges import refined_points
-from workbench.photo.fit import Points, StripFit, fit_strip
+from workbench.photo.fit import StripFit, StripPoints, fit_strip
 from workbench.photo.markers import find_corners
 from workbench.photo.opencv import opencv
 from workbench.photo.orient import oriented, rough_numbers
@@ -110,8 +110,8 @@ def read_photo(
 
 
 def _refined(
-    view: StripView, rough: Points, fit: StripFit, target: ShapeFile
-) -> tuple[StripView, Points, StripFit]:
+    view: StripView, rough: StripPoints, fit: StripFit, target: ShapeFile
+) -> tuple[StripView, StripPoints, StripFit]:
     """Return the view with its height, the contour's points and their fit."""
     points, half = rough, (target.thickness or _USUAL_THICKNESS_M[0]) / 2
     width = target.width or _USUAL_WIDTH_M
@@ -135,8 +135,8 @@ def as_bent(
 
     Args:
         fit: of the strip.
-        covariance: (20, 20) of its numbers.
-        target: (16,) angles; alpha_0 is taken from it where the foot is not seen.
+        covariance: (20, 20) of its numbers [their units squared].
+        target: (16,) angles [rad]; alpha_0 is taken from it where the foot is not seen.
         foot: from the root's heading to alpha_0 [rad], when the way forward is known.
         source: what was read.
         notes: about it.
@@ -175,10 +175,10 @@ def _seen(
     return camera, make_view(name, photo, camera, corners.board, tape)
 
 
-def _rough(path: Array) -> Points:
+def _rough(path: Array) -> StripPoints:
     """Return a rough path as points of the centreline."""
     sparse = path[:: max(1, len(path) // _ROUGH_POINTS)]
-    return Points(sparse, np.zeros(len(sparse)), path[[0, -1]], np.full(2, 2 * _ROUGH_NOISE_M))
+    return StripPoints(sparse, np.zeros(len(sparse)), path[[0, -1]], np.full(2, 2 * _ROUGH_NOISE_M))
 
 
 def _apparent_thickness(target: ShapeFile, fit: StripFit) -> tuple[float, float]:
@@ -194,7 +194,7 @@ def _height(target: ShapeFile, fit: StripFit) -> float | None:
     return (target.width or _USUAL_WIDTH_M) * fit.scale / (fit.scale - 1)
 
 
-def _by_camera(view: StripView, points: Points, fit: StripFit) -> Array:
+def _by_camera(view: StripView, points: StripPoints, fit: StripFit) -> Array:
     """Return what the camera's own uncertainty adds to the covariance, (20, 20)."""
     across = np.sum(view.shifts(points.positions) * fit.normals, axis=-1)
     change = fit.influence @ across.T

@@ -50,7 +50,7 @@ class StripView:
 
     Args:
         name: of the photograph, for messages.
-        strength: (rows, columns) how much each pixel looks like strip, linear in light.
+        strength: (rows, columns) how much each pixel looks like strip, linear in light [1].
         camera: that saw it.
         board: on which the strip lies.
         side: -1 where the board's x is turned round, so that a strip that lies on its other edge
@@ -66,7 +66,11 @@ class StripView:
     height: float | None = None
 
     def at(self, positions: Array) -> Picture:
-        """Return the strength at points of the board, (n, m, 2) [m] to (n, m)."""
+        """Return the strength at points of the board, (n, m) [1].
+
+        Args:
+            positions: (n, m, 2) on the board [m].
+        """
         cv2 = opencv()
         pixels = self.camera.to_pixels(positions * [self.side, 1.0]).astype(np.float32)
         return cv2.remap(self.strength, pixels[..., 0], pixels[..., 1], cv2.INTER_LINEAR)
@@ -77,7 +81,11 @@ class StripView:
         return viewpoint.below * [self.side, 1.0], viewpoint.height
 
     def shifts(self, positions: Array) -> Array:
-        """Return by how much places (n, 2) move with each of the camera's numbers, (p, n, 2)."""
+        """Return how places move with the camera's numbers, (p, n, 2) [m by the unit of each].
+
+        Args:
+            positions: (n, 2) on the board [m].
+        """
         pixels = self.camera.to_pixels(positions * [self.side, 1.0])
         steps = 0.1 * np.sqrt(np.diag(self.camera.covariance))
         here = self.camera.to_board(pixels)

@@ -17,7 +17,7 @@ in `layout.py`. Names are loaded when they are used.
 
 from typing import TYPE_CHECKING
 
-from workbench.lazy_names import lazy_names
+from workbench.room_exports import exports
 
 if TYPE_CHECKING:
     from workbench.report.as_built.figure import deviation_figure
@@ -65,104 +65,5 @@ if TYPE_CHECKING:
     from workbench.report.viewer import HeadlessViewer, open_viewer, viewer_version
     from workbench.report.watch import LiveViewer
 
-__all__ = [
-    "EXPERIMENTS",
-    "SEEDS",
-    "SPEEDS",
-    "Comparison",
-    "ComparisonSet",
-    "ErrorSources",
-    "ExperimentFigure",
-    "ExperimentPage",
-    "ExperimentTable",
-    "Extended",
-    "Figure",
-    "Film",
-    "Fitted",
-    "HeadlessViewer",
-    "Lab",
-    "LiveViewer",
-    "Part",
-    "Phase",
-    "PredictionError",
-    "Replayed",
-    "ReportPart",
-    "Searched",
-    "ValidationReplay",
-    "as_jpeg",
-    "change_in_words",
-    "compare_extended",
-    "deviation_figure",
-    "diagnose_into",
-    "figure_5_3",
-    "finish_search",
-    "fit_runs",
-    "kept_replay",
-    "load_any",
-    "open_viewer",
-    "picture_recording",
-    "replay_of",
-    "search_folder",
-    "validation_rows",
-    "verdict",
-    "viewer_version",
-    "write_diagnosis",
-    "write_experiment",
-    "write_experiment_page",
-    "write_frames",
-    "write_identification",
-    "write_readback",
-    "write_recording",
-    "write_report",
-    "write_resonances",
-    "write_together",
-    "write_video",
-    "write_views",
-]
-
-if not TYPE_CHECKING:  # a type checker knows the names, and should miss others
-    __getattr__ = lazy_names(
-        __name__,
-        {
-            "as_built.figure": ["deviation_figure"],
-            "as_built.page": ["change_in_words", "write_readback"],
-            "comparison": [
-                "Comparison",
-                "ErrorSources",
-                "Extended",
-                "Figure",
-                "Phase",
-                "PredictionError",
-                "Replayed",
-                "ValidationReplay",
-            ],
-            "comparison_set": ["ComparisonSet", "compare_extended", "write_views"],
-            "design.experiments": [
-                "EXPERIMENTS",
-                "ExperimentFigure",
-                "ExperimentTable",
-                "Lab",
-                "Part",
-                "SEEDS",
-                "SPEEDS",
-            ],
-            "design.page": ["verdict", "write_experiment"],
-            "design.searched": ["Searched", "finish_search", "search_folder"],
-            "diagnosis.compared": ["kept_replay", "replay_of"],
-            "diagnosis.page": ["write_diagnosis"],
-            "diagnosis.written": ["diagnose_into"],
-            "experiment_page": ["ExperimentPage", "write_experiment_page"],
-            "film.files": ["write_frames", "write_video"],
-            "film.frames": ["Film"],
-            "headline": ["validation_rows"],
-            "identification.calibration_figure": ["figure_5_3"],
-            "identification.fitted": ["Fitted", "fit_runs"],
-            "identification.page": ["ReportPart", "write_identification", "write_resonances"],
-            "load_run": ["load_any"],
-            "picture": ["as_jpeg", "picture_recording"],
-            "recording": ["write_recording", "write_together"],
-            "report": ["write_report"],
-            "viewer": ["HeadlessViewer", "open_viewer", "viewer_version"],
-            "watch": ["LiveViewer"],
-        },
-    )
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -48,7 +48,11 @@ def foot_pitch(motion: TimeSeries) -> NDArray[np.float64]:
 
 
 def pitch_quaternions(pitch: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return rotations about +y as xyzw, (n, 4), the order that the viewer wants."""
+    """Return rotations about +y as xyzw, (n, 4) [1], the order that the viewer wants.
+
+    Args:
+        pitch: (n,) [rad].
+    """
     zero = np.zeros_like(pitch)
     return np.column_stack([zero, np.sin(pitch / 2), zero, np.cos(pitch / 2)])
 
@@ -80,7 +84,7 @@ def beam_points(twin: TimeSeries, figure: Figure) -> NDArray[np.float64]:
 
 
 def certainty(estimate: TimeSeries) -> NDArray[np.float64]:
-    """Return how sure each increment of an estimated beam is, (n, N), from 0.15 to 1.
+    """Return how sure each increment of an estimated beam is, (n, N) [1], from 0.15 to 1.
 
     1 where the place of its ends is known to 0.3 mm (a standard deviation) or better, least where
     it is known to 5 mm or worse, by the logarithm in between.

@@ -5,7 +5,7 @@ Orange and blue differ in lightness too, so that they survive a grey print and c
 
 from __future__ import annotations
 
-__all__ = ["EXTENDED", "PHASES", "REAL", "RUNS", "SHADES", "TWIN", "faded", "rgb", "run_color"]
+__all__ = ["EXTENDED", "PHASES", "REAL", "RUNS", "SHADES", "TWIN", "rgb", "run_color"]
 
 REAL = "#e8710a"
 TWIN = "#2b7be4"
@@ -40,10 +40,4 @@ def run_color(number: int) -> str:
 def rgb(color: str) -> tuple[int, int, int]:
     """Return `#rrggbb` as three bytes, the form that rerun takes."""
     red, green, blue = bytes.fromhex(color.removeprefix("#"))
-    return red, green, blue
-
-
-def faded(color: str, share: float) -> tuple[int, int, int]:
-    """Return a colour mixed with white, of which it is a share of 0 to 1."""
-    red, green, blue = (round(255 - share * (255 - part)) for part in rgb(color))
     return red, green, blue

@@ -165,7 +165,7 @@ def _both(ax: Axes, comparison: Comparison, channel: str, label: str) -> None:
 
 
 def seen(series: TimeSeries, name: str) -> NDArray[np.float64]:
-    """Return a channel, NaN where it was not seen."""
+    """Return a channel, (n,) [unit of the channel], NaN where it was not seen."""
     return np.where(series.validity(name), series[name], np.nan)
 
 

@@ -77,7 +77,7 @@ def bars(conditions: Sequence[RepeatedRuns], quantity: str, display: DisplayedQu
             for x, condition in zip(at + shift, conditions, strict=True):
                 values = [value(run) for run in condition.runs if run.mark is None]
                 ax.plot(np.full(len(values), x), values, ".", color="#010203", markersize=4)
-        ax.set_xticks(at, [_wrapped(condition.name) for condition in conditions])
+        ax.set_xticks(at, [condition.name.replace(", ", "\n") for condition in conditions])
         ax.set_ylabel(f"{name.lower()} [{unit}]" if unit else name.lower())
         ax.grid(axis="x", visible=False)
         legend(ax)
@@ -127,7 +127,3 @@ def _strokes(way: NDArray[np.float64]) -> list[str]:
         for part in parts
         if len(part) > 1 and known[part].all()
     ]
-
-
-def _wrapped(name: str) -> str:
-    return name.replace(", ", "\n")

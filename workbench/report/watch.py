@@ -6,7 +6,6 @@ import json
 import subprocess
 import sys
 from contextlib import suppress
-from types import TracebackType
 from typing import Any, Self
 
 from workbench.errors import WorkbenchError
@@ -50,12 +49,7 @@ class LiveViewer:
         """Draw."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """End the process, but not the window."""
         assert self._process.stdin is not None
         with suppress(OSError):

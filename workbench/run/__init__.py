@@ -17,7 +17,7 @@ What does not live here: bytes to a device (`hw`), the twin (`twin`), anything t
 
 from typing import TYPE_CHECKING
 
-from workbench.lazy_names import lazy_names
+from workbench.room_exports import exports
 
 if TYPE_CHECKING:
     from workbench.run.attended import carry_out_with_control
@@ -36,64 +36,5 @@ if TYPE_CHECKING:
     from workbench.run.rehearsal import Rehearsed, rehearse
     from workbench.run.started_by import START, VARIABLE, operator_name
 
-__all__ = [
-    "START",
-    "VARIABLE",
-    "Bench",
-    "ControlServer",
-    "Course",
-    "Experiment",
-    "Operator",
-    "QuietOperator",
-    "RealBench",
-    "Rehearsed",
-    "SessionFile",
-    "acknowledged",
-    "add_take",
-    "answer",
-    "carry_out",
-    "carry_out_with_control",
-    "drive",
-    "existing",
-    "foresee",
-    "free_gb",
-    "holder",
-    "ingest_sheet",
-    "load_bench",
-    "make_bench",
-    "opened",
-    "operator_name",
-    "operator_of",
-    "pause",
-    "press_stop",
-    "read_experiment",
-    "rehearse",
-    "require_takes",
-    "resume",
-    "session_files",
-    "switch_off",
-    "watch",
-    "who_is_at",
-]
-
-if not TYPE_CHECKING:  # a type checker knows the names, and should miss others
-    __getattr__ = lazy_names(
-        __name__,
-        {
-            "attended": ["carry_out_with_control"],
-            "bench": ["Bench", "Operator", "RealBench", "load_bench", "make_bench"],
-            "by_hand": ["acknowledged", "drive", "opened", "switch_off", "who_is_at"],
-            "control.client": ["answer", "pause", "press_stop", "watch"],
-            "control.server": ["ControlServer"],
-            "control.session": ["SessionFile", "holder", "session_files"],
-            "course": ["Course", "foresee", "resume"],
-            "engine": ["carry_out"],
-            "experiment": ["Experiment", "read_experiment", "require_takes"],
-            "ingest": ["add_take", "ingest_sheet"],
-            "operators.choosing": ["operator_of"],
-            "operators.quiet": ["QuietOperator"],
-            "readiness": ["existing", "free_gb"],
-            "rehearsal": ["Rehearsed", "rehearse"],
-            "started_by": ["START", "VARIABLE", "operator_name"],
-        },
-    )
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

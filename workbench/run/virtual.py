@@ -26,7 +26,7 @@ from workbench.sim import (
     staircase,
 )
 from workbench.timeseries import TimeSeries
-from workbench.tracking import Axes, BodyTake, Cloud, Missing, Take
+from workbench.tracking import Axes, BodyTake, Cloud, SampleStatus, Take
 
 _PER_SAMPLE = 16  # the motor's lag is followed in steps of half a millisecond
 
@@ -188,7 +188,7 @@ def _seen(
         measured=axes.points_to_export(measured),
         solved=axes.points_to_export(solved[last]),  # stays where it was while the body is lost
         marker_names=tuple(f"{name}_{k}" for k in range(1, len(positions) + 1)),
-        missing=np.where(lost, Missing.LOST, Missing.SEEN).astype(np.int8),
+        missing=np.where(lost, SampleStatus.LOST, SampleStatus.SEEN).astype(np.int8),
     )
 
 

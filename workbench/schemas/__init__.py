@@ -5,6 +5,9 @@ here for each schema. Nothing is opened but the file itself, nothing is switched
 the field with its docstring, run `make schemas`, and describe it in docs/reference/files.md.
 """
 
+from typing import TYPE_CHECKING
+
+from workbench.room_exports import exports
 from workbench.schemas.bench import BenchFile, CameraSettings, ConnectionSettings, VirtualSection
 from workbench.schemas.calibration import Calibration, CalibrationFile, MotorLine, calibration_text
 from workbench.schemas.experiment import Mode, PartFile, Protocol, Role
@@ -18,6 +21,7 @@ from workbench.schemas.library import (
     with_calibration,
 )
 from workbench.schemas.model import UNITS, ModelFile, value_fault
+from workbench.schemas.named import SCHEMAS
 from workbench.schemas.parts import Parts, load_protocol
 from workbench.schemas.plan import (
     Item,
@@ -54,82 +58,5 @@ from workbench.schemas.sheet import Sheet, SheetRun
 from workbench.schemas.stop import StopWhen
 from workbench.schemas.tree import MOST_BYTES, tree_of
 
-SCHEMAS: dict[str, type[Section]] = {
-    "protocol": Protocol,
-    "part": PartFile,
-    "bench": BenchFile,
-    "sheet": Sheet,
-    "model": ModelFile,
-    "shape": ShapeFile,
-    "calibration": CalibrationFile,
-    "rig": RigFile,
-}
-"""Name for `workbench schema NAME` -> schema."""
-
-__all__ = [
-    "DIMENSIONS",
-    "MOST_BYTES",
-    "SCHEMAS",
-    "UNITS",
-    "Answer",
-    "BenchFile",
-    "Calibration",
-    "CalibrationFile",
-    "CameraSettings",
-    "ChannelEffect",
-    "ConnectionSettings",
-    "Document",
-    "Identified",
-    "InputEffect",
-    "Item",
-    "JointEffect",
-    "Level",
-    "Location",
-    "Mode",
-    "ModelFile",
-    "MotorLine",
-    "Named",
-    "PartFile",
-    "Parts",
-    "Plan",
-    "PlannedDrive",
-    "PlannedPause",
-    "PlannedPrompt",
-    "PlannedRelease",
-    "PlannedRun",
-    "PromptQuestion",
-    "Protocol",
-    "Ramps",
-    "RigChannel",
-    "RigField",
-    "RigFile",
-    "RigFound",
-    "RigInput",
-    "RigParameter",
-    "RigRun",
-    "RigStart",
-    "Role",
-    "Section",
-    "ShapeFile",
-    "Sheet",
-    "SheetRun",
-    "StopWhen",
-    "VirtualSection",
-    "builtin_folder",
-    "builtin_names",
-    "calibration_text",
-    "identifications",
-    "identified_source",
-    "load",
-    "load_model",
-    "load_protocol",
-    "load_shape",
-    "make_plan",
-    "parse",
-    "parse_quantity",
-    "rounded",
-    "tree_of",
-    "value_fault",
-    "with_calibration",
-    "write_changed",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -6,18 +6,12 @@ foot, every further one against its predecessor, about +y. Nothing here knows of
 drawing. A new property of a shape is a function of the curve.
 """
 
+from typing import TYPE_CHECKING
+
+from workbench.room_exports import exports
 from workbench.shape.arcs import Arcs, Box, crossing, equal_length_arcs
 from workbench.shape.curve import bend_radii, curve
 from workbench.shape.metrics import Metrics, clearance, metrics
 
-__all__ = [
-    "Arcs",
-    "Box",
-    "Metrics",
-    "bend_radii",
-    "clearance",
-    "crossing",
-    "curve",
-    "equal_length_arcs",
-    "metrics",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -15,6 +15,9 @@ new effect an entry in a file of `effects`; a force that the engine has no field
 `beam_laws`, whose callback is installed once for the process, and in `chain_links`.
 """
 
+from typing import TYPE_CHECKING
+
+from workbench.room_exports import exports
 from workbench.sim.checks import highest_mode, require_stable
 from workbench.sim.command import replayed, sample_times, staircase
 from workbench.sim.condition import Condition
@@ -58,57 +61,5 @@ from workbench.sim.simulate import (
 from workbench.sim.statics import moving_dofs, static_stiffness
 from workbench.sim.stepper import Stepper
 
-__all__ = [
-    "CORNERS",
-    "CORNER_FIELDS",
-    "EFFECTS",
-    "FALLEN_M",
-    "LIMITS",
-    "MOTOR",
-    "SAMPLE_RATE_HZ",
-    "Condition",
-    "Drive",
-    "DrivenPeak",
-    "DrivenResponse",
-    "Effect",
-    "Fanout",
-    "Gait",
-    "Group",
-    "Motor",
-    "NaturalMode",
-    "Outcome",
-    "Precheck",
-    "Quantity",
-    "Robot",
-    "Simulation",
-    "Stepper",
-    "Stick",
-    "applied",
-    "at_rest",
-    "attempt_all",
-    "build_spec",
-    "compile_model",
-    "driven_peaks",
-    "driven_response",
-    "effect_named",
-    "gait",
-    "highest_mode",
-    "hinge_name",
-    "hold_top",
-    "install_force_laws",
-    "keep_engine_quiet",
-    "linear_modes",
-    "make_robot",
-    "mass_matrix",
-    "moving_dofs",
-    "parallel_map",
-    "replayed",
-    "require_stable",
-    "sample_times",
-    "settle",
-    "simulate",
-    "simulate_all",
-    "staircase",
-    "static_stiffness",
-    "unloaded",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -28,6 +28,8 @@ __all__ = [
     "within_play",
 ]
 
+Array = NDArray[np.float64]
+
 LAWS_MAGIC = 3.4e8  # fig. 3.4 has none of these
 """First number of the numeric field, by which it is recognized."""
 LAWS_PARAMETERS = 10
@@ -81,34 +83,26 @@ def _addresses(spec: mujoco.MjSpec) -> tuple[int, int, int, int]:
 
 
 @numba.njit(cache=True)
-def play_torque(
-    p: NDArray[np.float64],
-    q: NDArray[np.float64],
-    stiffness: NDArray[np.float64],
-    rest: NDArray[np.float64],
-    out: NDArray[np.float64],
-) -> None:
+def play_torque(p: Array, q: Array, stiffness: Array, rest: Array, out: Array) -> None:
     """Cancel the torque of the foot joint's spring within the play.
 
     Args:
-        p: numbers of the laws, as in the numeric field.
-        q: qpos.
-        stiffness: jnt_stiffness [N m/rad].
-        rest: qpos_spring.
-        out: (nv,) qfrc_passive.
+        p: (10,) numbers of the laws, as in the numeric field [SI].
+        q: (nq,) qpos [m, rad].
+        stiffness: (njnt,) jnt_stiffness [N m/rad].
+        rest: (nq,) qpos_spring [m, rad].
+        out: (nv,) qfrc_passive [N, N m].
     """
     joint, i, dof, gap = int(p[1]), int(p[2]), int(p[3]), p[5]
     out[dof] += stiffness[joint] * min(max(q[i] - rest[i], -gap), gap)
 
 
 @numba.njit(cache=True)
-def top_force(
-    p: NDArray[np.float64], x: float, vx: float, vy: float, vz: float
-) -> tuple[float, float, float]:
+def top_force(p: Array, x: float, vx: float, vy: float, vz: float) -> tuple[float, float, float]:
     """Return drag and pull at T [N].
 
     Args:
-        p: numbers of the laws, as in the numeric field.
+        p: (10,) numbers of the laws, as in the numeric field [SI].
         x: position of T, forward [m].
         vx: velocity of T forward [m/s].
         vy: to the left [m/s].
@@ -120,24 +114,20 @@ def top_force(
 
 @numba.njit(cache=True)
 def top_forces(
-    p: NDArray[np.float64],
-    positions: NDArray[np.float64],
-    centres: NDArray[np.float64],
-    axes: NDArray[np.float64],
-    speeds: NDArray[np.float64],
-    out: NDArray[np.float64],
+    p: Array, positions: Array, centres: Array, axes: Array, speeds: Array, out: Array
 ) -> None:
     """Add drag and pull at T to the forces of the degrees of freedom.
 
     Written in scalars: an array made here would be an allocation in every step.
 
     Args:
-        p: numbers of the laws, as in the numeric field.
+        p: (10,) numbers of the laws, as in the numeric field [SI].
         positions: (nbody, 3) xpos, of the bodies [m].
         centres: (nbody, 3) subtree_com [m].
-        axes: (nv, 6) cdof, turning and moving of each degree of freedom about the centre.
+        axes: (nv, 6) cdof, turning and moving of each degree of freedom about the centre [rad, m by
+            unit of qpos].
         speeds: (nbody, 6) cvel, of the bodies about the same centre [rad/s], [m/s].
-        out: (nv,) qfrc_passive; its last entry is the rotor's, with which T does not turn.
+        out: (nv,) qfrc_passive [N, N m]; its last entry is the rotor's, with which T does not turn.
     """
     at, turn, centre = positions[int(p[4])], speeds[int(p[4])], centres[_FOOT]
     x, y, z = at[0] - centre[0], at[1] - centre[1], at[2] - centre[2]

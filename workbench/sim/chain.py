@@ -64,13 +64,13 @@ class PlanarChain:
     """The numbers of a planar chain.
 
     Args:
-        links: (n + 1, 15) as in `LinkColumn`; the first is the foot, or the world.
-        actuators: (nu, 13) as in `ActuatorColumn`.
-        ground: (18,) numeric field of `ground`, zeros where no ground is.
-        laws: (10,) numeric field of `beam_laws`, zeros where there is none.
+        links: (n + 1, 15) as in `LinkColumn` [SI]; the first is the foot, or the world.
+        actuators: (nu, 13) as in `ActuatorColumn` [SI].
+        ground: (18,) numeric field of `ground`, zeros where no ground is [SI].
+        laws: (10,) numeric field of `beam_laws`, zeros where there is none [SI].
         bodies: (nbody, 4) of each body its link, its position there, forward and up [m], and its
             angle against the link [rad].
-        top: (4,) the same of T; for `beam_laws`.
+        top: (4,) the same of T [m, rad]; for `beam_laws`.
         gravity: forward and up [m/s^2].
         step: [s].
         root: degrees of freedom of the root: 0 fixed, 3 planar joints, 6 a free joint.
@@ -88,7 +88,7 @@ class PlanarChain:
 
     @property
     def dofs(self) -> NDArray[np.int_]:
-        """Return the engine's degree of freedom of each coordinate; -1 for those of a fixed root.
+        """Return the engine's degree of freedom of each coordinate, (n + 3,); -1 of a fixed root.
 
         Coordinates are forward, up and pitch of the root, and the angles of the hinges.
         """

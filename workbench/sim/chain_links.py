@@ -65,7 +65,15 @@ WORK = 20
 
 @compile_part
 def read_coordinates(root: int, qpos: Array, qvel: Array, q: Array, v: Array) -> None:
-    """Copy the engine's coordinates to forward, up, pitch of the root and the hinges' angles."""
+    """Copy the engine's coordinates to forward, up, pitch of the root and the hinges' angles.
+
+    Args:
+        root: its degrees of freedom.
+        qpos: (nq,) of the engine [m, rad].
+        qvel: (nv,) of the engine [m/s, rad/s].
+        q: (n + 3,) coordinates, written [m, rad].
+        v: (n + 3,) their rates, written [m/s, rad/s].
+    """
     first = 3 if root == 6 else 3 - root
     for i in range(first):
         q[i] = v[i] = 0.0
@@ -79,7 +87,14 @@ def read_coordinates(root: int, qpos: Array, qvel: Array, q: Array, v: Array) ->
 
 @compile_part
 def place_links(links: Array, q: Array, v: Array, work: Array) -> None:
-    """Write each link's position, inertia and centrifugal force."""
+    """Write each link's position, inertia and centrifugal force.
+
+    Args:
+        links: (n + 1, 15) of `PlanarChain` [SI].
+        q: (n + 3,) coordinates [m, rad].
+        v: (n + 3,) their rates [m/s, rad/s].
+        work: (n + 1, WORK) written [SI].
+    """
     angle, turn = q[2], v[2]
     c, s = math.cos(angle), math.sin(angle)
     vx, vz = v[0], v[1]
@@ -104,7 +119,14 @@ def place_links(links: Array, q: Array, v: Array, work: Array) -> None:
 
 @compile_part
 def bend_hinges(links: Array, q: Array, v: Array, work: Array) -> None:
-    """Write the torque of each hinge's spring and damper, and the damper's derivative."""
+    """Write the torque of each hinge's spring and damper, and the damper's derivative.
+
+    Args:
+        links: (n + 1, 15) of `PlanarChain` [SI].
+        q: (n + 3,) coordinates [m, rad].
+        v: (n + 3,) their rates [m/s, rad/s].
+        work: (n + 1, WORK) written [SI].
+    """
     for k in range(1, links.shape[0]):
         bent, speed = q[2 + k] - links[k, _REST], v[2 + k]
         fast = abs(speed)
@@ -116,7 +138,15 @@ def bend_hinges(links: Array, q: Array, v: Array, work: Array) -> None:
 
 @compile_part
 def add_force(work: Array, k: int, at: Array, fx: float, fz: float) -> None:
-    """Add a force on a link at a point (_, forward, up) of its frame."""
+    """Add a force on a link.
+
+    Args:
+        work: (n + 1, WORK) added to [SI].
+        k: number of the link.
+        at: (4,) whose second and third are the point, forward and up in the link's frame [m].
+        fx: forward [N].
+        fz: up [N].
+    """
     c, s = work[k, COS], work[k, SIN]
     dx, dz = c * at[1] + s * at[2], c * at[2] - s * at[1]
     work[k, FI] -= dz * fx - dx * fz
@@ -126,7 +156,16 @@ def add_force(work: Array, k: int, at: Array, fx: float, fz: float) -> None:
 
 @compile_part
 def pull_top(links: Array, laws: Array, top: Array, q: Array, v: Array, work: Array) -> None:
-    """Add the forces of `beam_laws` at T and at the foot's hinge."""
+    """Add the forces of `beam_laws` at T and at the foot's hinge.
+
+    Args:
+        links: (n + 1, 15) of `PlanarChain` [SI].
+        laws: (10,) of `PlanarChain` [SI].
+        top: (4,) of `PlanarChain` [m, rad].
+        q: (n + 3,) coordinates [m, rad].
+        v: (n + 3,) their rates [m/s, rad/s].
+        work: (n + 1, WORK) added to [SI].
+    """
     link, x, turn = int(top[0]), q[0], v[2]
     for k in range(1, link + 1):
         x += work[k, RX]

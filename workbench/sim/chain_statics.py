@@ -47,22 +47,23 @@ def _stiffness_of_chain(
     pulled: Array,
     pull: Array,
 ) -> Array:
-    """Return minus the derivative of the unbalanced force, (n, n), at rest.
+    """Return minus the derivative of the unbalanced force, (n, n) [N, N m by m, rad], at rest.
 
     Central differences; the foot's corners lock where they are.
 
     Args:
-        links: of `Chain`, as all that follows up to the root.
-        ground: (18,).
-        laws: (10,).
-        top: (4,).
+        links: (n + 1, 15) of `PlanarChain` [SI], as all that follows up to the root.
+        ground: (18,) [SI].
+        laws: (10,) [SI].
+        top: (4,) [m, rad].
         gravity: (2,) [m/s^2].
         root: degrees of freedom of the root.
-        qpos: (nq,) of the engine.
-        directions: (n, links + 2) unit displacements; forward, up, pitch of the root, hinges.
+        qpos: (nq,) of the engine [m, rad].
+        directions: (n, links + 2) unit displacements [m, rad]; forward, up, pitch of the root,
+            hinges.
         dofs: (n,) whose forces are returned, counted likewise.
         step: of the differences [m, rad].
-        pulled: (4,) link and position of a force on T.
+        pulled: (4,) link and position of a force on T [m, rad].
         pull: (2,) that force, forward and up [N].
     """
     size, count = len(dofs), links.shape[0] + 2

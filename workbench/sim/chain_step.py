@@ -87,26 +87,26 @@ def _step_chains(
     """Step some simulations of equal layout in place; one that diverges keeps its last state.
 
     Args:
-        links: of `Chain`, as all that follows up to the step, stacked, (s, n + 1, 15).
-        actuators: (s, nu, 13).
-        ground: (s, 18).
-        laws: (s, 10).
-        top: (s, 4).
+        links: (s, n + 1, 15) of `PlanarChain` [SI], as all that follows up to the step, stacked.
+        actuators: (s, nu, 13) [SI].
+        ground: (s, 18) [SI].
+        laws: (s, 10) [SI].
+        top: (s, 4) [m, rad].
         gravity: (s, 2) [m/s^2].
         step: (s,) [s].
         root: degrees of freedom of the root.
-        rows: of the simulations to step.
-        state: (s, size) mjSTATE_INTEGRATION.
-        forced: (s, size) states of which `userdata` has the forces; a state that was corrected
+        rows: (r,) of the simulations to step.
+        state: (s, size) mjSTATE_INTEGRATION [SI].
+        forced: (s, size) states of which `userdata` has the forces [SI]; a state that was corrected
             since then gets new ones.
         spans: (6, 2) begin and end of qpos, qvel, act, ctrl, userdata and time in the state.
         steps: how many.
-        torque: (s, nu) of the last step's actuators, written.
+        torque: (s, nu) of the last step's actuators, written [N m].
         broken: (s,) set where an acceleration diverged; those are not stepped again.
-        bodies: (s, nbody, 4) of `Chain`.
+        bodies: (s, nbody, 4) of `PlanarChain` [m, rad].
         xpos: (s, nbody, 3) positions of the bodies after the steps, as all that follows written
             where the motion changes them [m].
-        xmat: (s, nbody, 9).
+        xmat: (s, nbody, 9) axes of the bodies [1].
         xanchor: (s, njnt, 3) of hinges [m].
     """
     count = links.shape[1] + 2

@@ -131,7 +131,13 @@ _kept: list[CFunc] = []
 
 @numba.njit
 def ripple(shares: NDArray[np.float64], c: float, s: float) -> float:
-    """Return the relative change of speed at a rotor angle of cosine c and sine s [1]."""
+    """Return the relative change of speed at an angle of the rotor [1].
+
+    Args:
+        shares: (4,) of the speed, times cos p, sin p, cos 2p and sin 2p [1].
+        c: cosine of the rotor's angle in the world.
+        s: its sine.
+    """
     return shares[0] * c + shares[1] * s + shares[2] * (c * c - s * s) + shares[3] * 2 * c * s
 
 
@@ -142,7 +148,7 @@ def servo_rate(
     """Return the rate of the angle that the servo follows [rad/s].
 
     Args:
-        p: (5,) droop and the ripple's shares.
+        p: (5,) droop [rad/s per N m] and the ripple's shares [1].
         command: [rad/s].
         error: the angle followed less the rotor's [rad].
         speed: of the rotor against T [rad/s].

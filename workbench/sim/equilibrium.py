@@ -205,6 +205,6 @@ def world_angle(data: mujoco.MjData) -> float:
 
 
 def hinge_ids(model: mujoco.MjModel, robot: Robot) -> NDArray[np.int_]:
-    """Return the joints of the beam, in the order of its hinges."""
+    """Return the joints of the beam, (n,), in the order of its hinges."""
     names = [hinge_name(k) for k, hinge in enumerate(robot.hinges) if hinge.stiffness is not None]
     return np.array([model.joint(name).id for name in names])

@@ -52,6 +52,8 @@ __all__ = [
     "planar_forces_again",
 ]
 
+Array = NDArray[np.float64]
+
 CORNERS = 4
 CORNER_FIELDS = (
     "state", "anchor_m", "force_x_N", "force_y_N", "force_z_N", "touching", "speed_x_m_s",
@@ -145,13 +147,17 @@ def extend_ground(spec: mujoco.MjSpec, name: ExtraTerm, by: float) -> None:
         ground.data[_EXTRA_TERMS[name]] += by
 
 
-def corner_records(userdata: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return recorded userdata as (n, 4 corners, 5 fields), fields as in `CORNER_FIELDS`."""
+def corner_records(userdata: Array) -> Array:
+    """Return recorded userdata by corner, (..., 4, 7) [units of `CORNER_FIELDS`].
+
+    Args:
+        userdata: (..., 28) as recorded [units of `CORNER_FIELDS`].
+    """
     return userdata.reshape(*userdata.shape[:-1], CORNERS, _WIDTH)
 
 
 @numba.njit(cache=True)
-def _normal(p: NDArray[np.float64], corner: NDArray[np.float64], z: float, vz: float) -> float:
+def _normal(p: Array, corner: Array, z: float, vz: float) -> float:
     """Return the upward force of one corner at a height (thesis, eq. 3.1 and 3.2)."""
     touching, stiffness, damping, step = corner[5], p[3], p[4], p[17]
     if z <= 0.0:
@@ -165,9 +171,7 @@ def _normal(p: NDArray[np.float64], corner: NDArray[np.float64], z: float, vz: f
 
 
 @numba.njit(cache=True)
-def _friction(
-    p: NDArray[np.float64], corner: NDArray[np.float64], x: float, vx: float, fz: float
-) -> float:
+def _friction(p: Array, corner: Array, x: float, vx: float, fz: float) -> float:
     """Return the forward force of one corner and update its state (thesis, fig. 3.4)."""
     v_th, stiffness, damping, step = p[9], p[10], p[11], p[17]
     v_before = corner[6]
@@ -219,16 +223,17 @@ def _friction(
 
 
 @numba.njit(cache=True)
-def foot_forces(
-    p: NDArray[np.float64],
-    q: NDArray[np.float64],
-    v: NDArray[np.float64],
-    user: NDArray[np.float64],
-    out: NDArray[np.float64],
-) -> None:
+def foot_forces(p: Array, q: Array, v: Array, user: Array, out: Array) -> None:
     """Add the corners' forces to the foot's free joint: force in the world, torque in the body.
 
     Written in scalars: an array made here would be an allocation in every step.
+
+    Args:
+        p: (18,) numeric field [SI].
+        q: (nq,) qpos, of which the first 7 are the foot's [m, 1, rad].
+        v: (nv,) qvel, of which the first 6 are the foot's [m/s, rad/s].
+        user: (28,) corners, updated [units of `CORNER_FIELDS`].
+        out: (nv,) forces, added to [N, N m].
     """
     w, x, y, z = q[3], q[4], q[5], q[6]
     xx, xy, xz = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
@@ -260,13 +265,15 @@ def foot_forces(
 
 
 @numba.njit(cache=True)
-def planar_forces_again(
-    p: NDArray[np.float64],
-    q: NDArray[np.float64],
-    user: NDArray[np.float64],
-    out: NDArray[np.float64],
-) -> None:
-    """Add the forces that `user` has of the same state, without a second update of its corners."""
+def planar_forces_again(p: Array, q: Array, user: Array, out: Array) -> None:
+    """Add the forces that `user` has of the same state, without a second update of its corners.
+
+    Args:
+        p: (18,) numeric field [SI].
+        q: (n,) coordinates, of which the first 3 are the foot's [m, rad].
+        user: (28,) corners [units of `CORNER_FIELDS`].
+        out: (n,) forces, of which the first 3 are added to [N, N m].
+    """
     c, s = np.cos(q[2]), np.sin(q[2])
     for k in range(CORNERS):
         corner = user[k * _WIDTH : (k + 1) * _WIDTH]
@@ -277,14 +284,16 @@ def planar_forces_again(
 
 
 @numba.njit(cache=True)
-def planar_forces(
-    p: NDArray[np.float64],
-    q: NDArray[np.float64],
-    v: NDArray[np.float64],
-    user: NDArray[np.float64],
-    out: NDArray[np.float64],
-) -> None:
-    """Add the corners' forces to the foot's joints x, z and pitch."""
+def planar_forces(p: Array, q: Array, v: Array, user: Array, out: Array) -> None:
+    """Add the corners' forces to the foot's joints x, z and pitch.
+
+    Args:
+        p: (18,) numeric field [SI].
+        q: (n,) coordinates, of which the first 3 are the foot's [m, rad].
+        v: (n,) their rates [m/s, rad/s].
+        user: (28,) corners, updated [units of `CORNER_FIELDS`].
+        out: (n,) forces, of which the first 3 are added to [N, N m].
+    """
     c, s = np.cos(q[2]), np.sin(q[2])
     for k in range(CORNERS):
         corner = user[k * _WIDTH : (k + 1) * _WIDTH]

@@ -41,6 +41,8 @@ __all__ = [
     "mass_matrix",
 ]
 
+Array = NDArray[np.float64]
+
 Direction = Literal["up", "down"]
 Axis = Literal["x", "z"]
 
@@ -76,10 +78,10 @@ class DrivenResponse:
     """
 
     direction: Direction
-    speed: NDArray[np.float64]
-    x: NDArray[np.float64]
-    z: NDArray[np.float64]
-    change: NDArray[np.float64]
+    speed: Array
+    x: Array
+    z: Array
+    change: Array
 
 
 class DrivenPeak(NamedTuple):
@@ -174,7 +176,7 @@ def driven_peaks(responses: Sequence[DrivenResponse]) -> list[DrivenPeak]:
     """Return where the driven amplitude peaks; these are not the linear modes."""
     peaks = []
     for response in responses:
-        along: dict[Axis, NDArray[np.float64]] = {"x": response.x, "z": response.z}
+        along: dict[Axis, Array] = {"x": response.x, "z": response.z}
         for axis, amplitude in along.items():
             for k in scipy.signal.find_peaks(np.nan_to_num(amplitude, nan=np.inf))[0]:
                 peak = float(response.speed[k]), float(amplitude[k])
@@ -182,14 +184,14 @@ def driven_peaks(responses: Sequence[DrivenResponse]) -> list[DrivenPeak]:
     return peaks
 
 
-def mass_matrix(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
+def mass_matrix(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     """Return the mass of all degrees of freedom, (nv, nv) [kg, kg m^2]."""
     full = np.empty((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
     return full
 
 
-def _top_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
+def _top_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     """Return the derivative of T's (x, z) by the degrees of freedom, (2, nv)."""
     jacobian = np.empty((3, model.nv))
     top = model.body("top").id
@@ -197,12 +199,7 @@ def _top_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.floa
     return jacobian[[0, 2]]
 
 
-def _mode(
-    square: float,
-    shape: NDArray[np.float64],
-    damping: NDArray[np.float64],
-    top: NDArray[np.float64],
-) -> NaturalMode:
+def _mode(square: float, shape: Array, damping: Array, top: Array) -> NaturalMode:
     omega = float(np.sqrt(square))
     direction = top @ shape
     direction *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(direction)
@@ -210,9 +207,7 @@ def _mode(
     return NaturalMode(omega / (2 * np.pi), ratio, (float(direction[0]), float(direction[1])))
 
 
-def _sweep(
-    robot: Robot, speeds: NDArray[np.float64], hold: float, turns: int
-) -> NDArray[np.float64]:
+def _sweep(robot: Robot, speeds: Array, hold: float, turns: int) -> Array:
     """Return amplitudes along x and z and their change at each speed, (3, n)."""
     rows: list[tuple[float, float, float]] = []
     while len(rows) < len(speeds):
@@ -226,7 +221,7 @@ def _sweep(
     return np.array(rows).T
 
 
-def _staircase_of(speeds: NDArray[np.float64], hold: float) -> Condition:
+def _staircase_of(speeds: Array, hold: float) -> Condition:
     times = sample_times(hold * len(speeds))
     begins = hold * np.arange(len(speeds))
     return Condition("clamped", staircase(times, list(zip(begins, speeds, strict=True))))

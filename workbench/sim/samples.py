@@ -24,7 +24,18 @@ ENERGY = int(mujoco.mjtEnableBit.mjENBL_ENERGY)
 
 @dataclass(frozen=True)
 class Samples:
-    """Engine arrays of one simulation at its samples, (n, width) each; power is (n,)."""
+    """The engine's arrays of one simulation at its samples.
+
+    Args:
+        qpos: (n, nq) [m, rad].
+        foot: (n, 3) xpos of the foot [m].
+        axes: (n, 9) xmat of the foot [1].
+        top: (n, 3) xpos of T [m].
+        rotor: (n, 3) site_xpos of the rotor [m].
+        corners: (n, nuserdata) of `corner_records` [units of `CORNER_FIELDS`].
+        energy: (n, 2) potential and kinetic [J].
+        power: (n,) of the motor [W].
+    """
 
     qpos: NDArray[np.float64]
     foot: NDArray[np.float64]

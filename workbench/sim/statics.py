@@ -99,7 +99,15 @@ def displace(
     by: NDArray[np.float64],
     rotor_keeps: RotorKeeps = "world",
 ) -> None:
-    """Move some degrees of freedom [m, rad]; only the data's pose changes."""
+    """Move some degrees of freedom; only the data's pose changes.
+
+    Args:
+        model: compiled.
+        data: whose pose is moved.
+        dofs: (n,) that are moved.
+        by: (n,) how far [m, rad].
+        rotor_keeps: its angle in the world, or against T.
+    """
     velocity = np.zeros(model.nv)
     velocity[dofs] = by
     if rotor_keeps == "world":

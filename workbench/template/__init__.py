@@ -9,6 +9,9 @@ from, and `confirm` judges a print by its check bars. Nothing here reads photogr
 the sheet is a path of `drawing`, with its layer; a new paper is a row in `paper`.
 """
 
+from typing import TYPE_CHECKING
+
+from workbench.room_exports import exports
 from workbench.template.canvas import NO_COMPENSATION, Compensation
 from workbench.template.confirm import AT_SCALE_MM, REFUSED_MM, ConfirmedPrint, confirm_template
 from workbench.template.dxf import dxf_drawing
@@ -22,31 +25,5 @@ from workbench.template.sheet import TemplatePages, make_sheet
 from workbench.template.strip import LEAST_RADIUS, Strip, make_strip
 from workbench.template.svg import svg_drawing
 
-__all__ = [
-    "AT_SCALE_MM",
-    "FORMATS",
-    "LEAST_RADIUS",
-    "NO_COMPENSATION",
-    "PAPERS",
-    "REFUSED_MM",
-    "Compensation",
-    "ConfirmedPrint",
-    "Metal",
-    "Paper",
-    "Strip",
-    "TemplatePages",
-    "confirm_template",
-    "dxf_drawing",
-    "formats_named",
-    "free_angles",
-    "free_shape",
-    "held_radius",
-    "make_sheet",
-    "make_strip",
-    "metal_of",
-    "overbends",
-    "paper_named",
-    "pdf_pages",
-    "svg_drawing",
-    "write_template",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

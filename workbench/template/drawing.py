@@ -44,7 +44,11 @@ class Placement:
         return centreline.scaled(1000.0).moved(self.turn, mirror=self.mirror)
 
     def points(self, points: ArrayLike) -> Array:
-        """Return points of the x-z plane as they lie there, (n, 2) [mm]."""
+        """Return points of the x-z plane as they lie there, (n, 2) [mm].
+
+        Args:
+            points: (n, 2) x and z [mm].
+        """
         flipped = np.asarray(points, dtype=float) * [-1.0 if self.mirror else 1.0, 1.0]
         cosine, sine = np.cos(self.turn), np.sin(self.turn)
         return flipped @ np.array([[cosine, sine], [-sine, cosine]])

@@ -33,14 +33,19 @@ class Layer(StrEnum):
 
 
 class Arc(NamedTuple):
-    """A piece of a circle; angles counter-clockwise from +x."""
+    """A piece of a circle; angles counter-clockwise from +x.
+
+    Args:
+        centre: (2,) [mm].
+        radius: [mm].
+        begin: [rad].
+        sweep: [rad], positive counter-clockwise.
+    """
 
     centre: Array
     radius: float
     begin: float
-    """[rad]"""
     sweep: float
-    """[rad], positive counter-clockwise"""
 
 
 def arc(start: Array, end: Array, bulge: float) -> Arc | None:
@@ -71,7 +76,7 @@ class Path:
     Args:
         layer: what it belongs to.
         points: (n, 2) corners, x to the right and y up [mm].
-        bulges: (n,) of the piece that begins at each corner; the last one only where closed.
+        bulges: (n,) of the piece that begins at each corner [1]; the last one only where closed.
         closed: whether a piece leads from the last corner to the first.
     """
 
@@ -82,7 +87,7 @@ class Path:
 
     @property
     def pieces(self) -> list[tuple[Array, Array, float]]:
-        """Return start, end and bulge of every piece."""
+        """Return start, end, (2,) [mm] each, and bulge of every piece."""
         ends = np.roll(self.points, -1, axis=0)
         count = len(self.points) - (not self.closed)
         return [(self.points[i], ends[i], float(self.bulges[i])) for i in range(count)]
@@ -153,13 +158,24 @@ def follow(layer: Layer, course: Arcs) -> Path:
 
 
 def line(layer: Layer, points: ArrayLike) -> Path:
-    """Return straight pieces between points, (n, 2) [mm]."""
+    """Return straight pieces between points.
+
+    Args:
+        layer: what it belongs to.
+        points: (n, 2) [mm].
+    """
     corners = np.asarray(points, dtype=float)
     return Path(layer, corners, np.zeros(len(corners)))
 
 
 def circle(layer: Layer, centre: Array, radius: float) -> Path:
-    """Return a circle [mm]."""
+    """Return a circle.
+
+    Args:
+        layer: what it belongs to.
+        centre: (2,) [mm].
+        radius: [mm].
+    """
     side = np.array([radius, 0.0])
     return Path(layer, np.array([centre - side, centre + side]), np.ones(2), closed=True)
 

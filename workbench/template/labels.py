@@ -30,7 +30,7 @@ class LabelRequest:
         layer: what it belongs to.
         text: one line.
         point: (2,) what it labels [mm].
-        towards: (2,) unit vector to where it should be; else it goes to the other side.
+        towards: (2,) unit vector to where it should be [1]; else it goes to the other side.
         clear: how far from the point it begins [mm].
     """
 

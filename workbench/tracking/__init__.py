@@ -13,6 +13,9 @@ To add a cleaning recipe: one function `RawPoints -> Cleaned` in its own file, o
 `CLEANING`, one test.
 """
 
+from typing import TYPE_CHECKING
+
+from workbench.room_exports import exports
 from workbench.tracking.alignment import ClockFit, Delay, clock_fit, delay
 from workbench.tracking.axes import Axes
 from workbench.tracking.bodies import MarkerPlaces, RawBody, RawPoints, raw_points
@@ -22,7 +25,6 @@ from workbench.tracking.cleaning import CLEANING
 from workbench.tracking.exchanges import Exchange
 from workbench.tracking.floor import Floor, fit_floor
 from workbench.tracking.motive_writer import write_motive
-from workbench.tracking.motor_speed import motor_speed_fft, motor_speed_thesis
 from workbench.tracking.natnet_frames import Body, Sample
 from workbench.tracking.natnet_recorder import Recorder, Stream, record
 from workbench.tracking.noise import ChannelNoise, Harmonics, noise_floor, synchronous
@@ -33,60 +35,8 @@ from workbench.tracking.recipe import BodyReport, Cleaned, CleaningReport, Recip
 from workbench.tracking.rotor import RotorAngle, RotorSpeed, Turns, mean_speed, turns, unwrapped
 from workbench.tracking.row_writer import write_row
 from workbench.tracking.start_time import format_start_time
-from workbench.tracking.take import BodyTake, Cloud, Missing, Take
+from workbench.tracking.take import BodyTake, Cloud, SampleStatus, Take
 from workbench.tracking.track import Track, make_track
 
-__all__ = [
-    "CLEANING",
-    "Axes",
-    "Body",
-    "BodyNames",
-    "BodyReport",
-    "BodyTake",
-    "ChannelNoise",
-    "Cleaned",
-    "CleaningReport",
-    "ClockFit",
-    "Cloud",
-    "Delay",
-    "Exchange",
-    "Floor",
-    "FramePoints",
-    "Harmonics",
-    "MarkerPlaces",
-    "Missing",
-    "Overrides",
-    "RawBody",
-    "RawPoints",
-    "Recipe",
-    "Recorder",
-    "RotorAngle",
-    "RotorSpeed",
-    "Sample",
-    "Stream",
-    "Take",
-    "Track",
-    "Turns",
-    "clock_fit",
-    "delay",
-    "exports_in",
-    "fit_floor",
-    "format_start_time",
-    "guess_bodies",
-    "make_track",
-    "mean_speed",
-    "motor_speed_fft",
-    "motor_speed_thesis",
-    "noise_floor",
-    "quality",
-    "quality_or_error",
-    "raw_points",
-    "read_take",
-    "record",
-    "synchronous",
-    "turns",
-    "unwrapped",
-    "with_overrides",
-    "write_motive",
-    "write_row",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -22,6 +22,8 @@ from workbench.tracking.autocorrelation import block_covariance, correlation_tim
 
 __all__ = ["ClockFit", "Delay", "clock_fit", "delay"]
 
+Array = NDArray[np.float64]
+
 _BLOCKS = 10
 _LEAST = 60
 _COARSE_S = 0.002
@@ -126,12 +128,7 @@ def delay(
     return Delay(shift, float(np.sqrt(covariance[0, 0])), float(np.sqrt(np.mean(residual**2))))
 
 
-def _coarse(
-    curve: scipy.interpolate.CubicSpline,
-    t: NDArray[np.float64],
-    values: NDArray[np.float64],
-    most: float,
-) -> float:
+def _coarse(curve: scipy.interpolate.CubicSpline, t: Array, values: Array, most: float) -> float:
     """Return the best of shifts 2 ms apart [s]."""
     shifts = np.arange(-most, most + _COARSE_S / 2, _COARSE_S)
     squares = [np.sum(_linear(curve, t, values, shift)[1] ** 2) for shift in shifts]
@@ -139,20 +136,15 @@ def _coarse(
 
 
 def _linear(
-    curve: scipy.interpolate.CubicSpline,
-    t: NDArray[np.float64],
-    values: NDArray[np.float64],
-    shift: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    curve: scipy.interpolate.CubicSpline, t: Array, values: Array, shift: float
+) -> tuple[Array, Array]:
     """Return the terms shift, size and level, (n, 3), and the residual of the last two, (n,)."""
     shape = np.column_stack([curve(t - shift), np.ones_like(t)])
     scale, residual = _fit(shape, values)
     return np.column_stack([-scale[0] * curve(t - shift, 1), shape]), residual
 
 
-def _fit(
-    shape: NDArray[np.float64], values: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _fit(shape: Array, values: Array) -> tuple[Array, Array]:
     solution = np.asarray(np.linalg.lstsq(shape, values)[0], dtype=np.float64)
     return solution, values - shape @ solution
 
@@ -185,7 +177,7 @@ def clock_fit(motion: TimeSeries, steps: Sequence[tuple[float, float]]) -> Clock
     guess = np.array([0.0, np.log(_LAG_GUESS_S), np.log(_LAG_GUESS_S), 0.0])
     free = len(guess) if stops else 2
 
-    def residuals(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def residuals(x: Array) -> Array:
         return _fit(_terms(t, angle, steps, _Clock(*x, *guess[len(x) :])), angle)[1]
 
     found = scipy.optimize.least_squares(
@@ -215,9 +207,7 @@ def clock_fit(motion: TimeSeries, steps: Sequence[tuple[float, float]]) -> Clock
     )
 
 
-def _errors(
-    t: NDArray[np.float64], residual: NDArray[np.float64], jac: NDArray[np.float64], fitted: int
-) -> NDArray[np.float64]:
+def _errors(t: Array, residual: Array, jac: Array, fitted: int) -> Array:
     """Return standard errors from the Jacobian and the effective number of samples."""
     correlated = max(1.0, correlation_time(t, residual) / float(np.median(np.diff(t))))
     variance = float(residual @ residual) / max(1, len(t) - fitted) * correlated
@@ -238,12 +228,7 @@ class _Clock(NamedTuple):
     rate: float
 
 
-def _terms(
-    t: NDArray[np.float64],
-    angle: NDArray[np.float64],
-    steps: Sequence[tuple[float, float]],
-    clock: _Clock,
-) -> NDArray[np.float64]:
+def _terms(t: Array, angle: Array, steps: Sequence[tuple[float, float]], clock: _Clock) -> Array:
     """Return the commanded angle, the start angle and the sway once and twice a turn, (n, 6)."""
     turned, speed = _driven((t - clock.offset) / (1 + clock.rate), steps, clock)
     sway = speed / max(abs(w) for _, w in steps)
@@ -252,8 +237,8 @@ def _terms(
 
 
 def _driven(
-    bench: NDArray[np.float64], steps: Sequence[tuple[float, float]], clock: _Clock
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    bench: Array, steps: Sequence[tuple[float, float]], clock: _Clock
+) -> tuple[Array, Array]:
     """Return angle and speed of a motor with a first-order lag, at bench times."""
     angle, speed = np.zeros_like(bench), np.zeros_like(bench)
     at_angle, at_speed = 0.0, 0.0

@@ -11,7 +11,12 @@ _MEMORY_END = 0.05
 
 
 def time_blocks(times: NDArray[np.float64], count: int) -> NDArray[np.intp]:
-    """Return the number of the block of each time, (n,), of `count` blocks of equal length."""
+    """Return the number of the block of each time, (n,).
+
+    Args:
+        times: (n,) increasing [s].
+        count: of blocks, of equal length.
+    """
     share = (times - times[0]) / (times[-1] - times[0])
     return np.minimum((count * share).astype(np.intp), count - 1)
 
@@ -19,15 +24,15 @@ def time_blocks(times: NDArray[np.float64], count: int) -> NDArray[np.intp]:
 def block_covariance(
     terms: NDArray[np.float64], left: NDArray[np.float64], block: NDArray[np.intp]
 ) -> NDArray[np.float64]:
-    """Return the covariance (p, p) of a least-squares fit, from leaving out each block in turn.
+    """Return a least-squares fit's covariance, (p, p) [units of its numbers squared], by blocks.
 
-    It holds as long as residuals are uncorrelated from block to block (the jackknife of clustered
-    data). With ten blocks its errors are those of a Student t with few degrees of freedom: twice
-    the standard error covers nine times out of ten.
+    Each block is left out in turn. It holds as long as residuals are uncorrelated from block to
+    block (the jackknife of clustered data). With ten blocks its errors are those of a Student t
+    with few degrees of freedom: twice the standard error covers nine times out of ten.
 
     Args:
-        terms: (n, p) of the fit.
-        left: (n,) residuals.
+        terms: (n, p) of the fit [unit of the residuals by that of each number].
+        left: (n,) residuals [any unit].
         block: (n,) block of each sample; no block may determine a term alone.
     """
     whole = terms.T @ terms
@@ -46,7 +51,7 @@ def correlation_time(t: NDArray[np.float64], left: NDArray[np.float64]) -> float
 
     Args:
         t: (n,) increasing [s], on an even grid but for gaps.
-        left: (n,) residuals.
+        left: (n,) residuals [any unit].
     """
     period = float(np.median(np.diff(t)))
     slot = np.rint((t - t[0]) / period).astype(int)

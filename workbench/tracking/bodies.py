@@ -20,11 +20,13 @@ from workbench.tracking.length_unit import in_plausible_unit
 from workbench.tracking.parallel import parallel_map
 from workbench.tracking.pose import pitch_of
 from workbench.tracking.rigid_body import order_of_places
-from workbench.tracking.take import BodyTake, Missing, Take, any_finite, known
+from workbench.tracking.take import BodyTake, SampleStatus, Take, any_finite, known
 
 __all__ = ["MarkerPlaces", "RawBody", "RawPoints", "raw_points"]
 
-MarkerPlaces = Mapping[str, NDArray[np.float64] | Sequence[Sequence[float]]]
+Array = NDArray[np.float64]
+
+MarkerPlaces = Mapping[str, Array | Sequence[Sequence[float]]]
 """By body name: (m, 3) places of its markers on the body, forward, left, up [mm]."""
 
 _LEAST_SHARE = 0.5  # of seen samples whose measured markers give the body's position
@@ -43,7 +45,7 @@ class RawBody:
         pitch: (n,) rotation about +y [rad], NaN where unknown; None where the markers give none, of
             the foot where the file's pose gives none either. From given marker places it is
             absolute, else relative to the take's first half second.
-        missing: (n,) values of `Missing`; SEEN wherever `position` is known, GLITCH where the
+        missing: (n,) values of `SampleStatus`; SEEN wherever `position` is known, GLITCH where the
             markers do not fit the body.
         source: data that `position` was computed from, for the report.
         solved_source: the same for `solved`.
@@ -53,13 +55,13 @@ class RawBody:
     """
 
     name: str
-    position: NDArray[np.float64]
-    solved: NDArray[np.float64]
-    pitch: NDArray[np.float64] | None
+    position: Array
+    solved: Array
+    pitch: Array | None
     missing: NDArray[np.int8]
     source: str
     solved_source: str
-    residual: NDArray[np.float64]
+    residual: Array
     bridged: NDArray[np.bool_]
 
 
@@ -76,7 +78,7 @@ class RawPoints:
         warnings: found on the way.
     """
 
-    times: NDArray[np.float64]
+    times: Array
     rate_hz: float
     foot: RawBody
     top: RawBody
@@ -94,7 +96,7 @@ class _Marked:
     """A body of the take with its markers in bench axes, (n, m, 3) [m], and which ones they are."""
 
     body: BodyTake
-    cloud: NDArray[np.float64]
+    cloud: Array
     kind: str
 
 
@@ -169,12 +171,7 @@ def _untangled(take: Take, marked: dict[str, _Marked], warnings: list[str]) -> d
 
 
 def _raw_body(
-    take: Take,
-    role: str,
-    marked: _Marked,
-    axes: Axes,
-    places: NDArray[np.float64] | None,
-    warnings: list[str],
+    take: Take, role: str, marked: _Marked, axes: Axes, places: Array | None, warnings: list[str]
 ) -> RawBody:
     body = marked.body
     solved, solved_source = _solved(body)
@@ -192,9 +189,9 @@ def _raw_body(
             f"{take.path}: body {body.name!r} is never seen; nothing can be made of it"
         )
     missing = body.missing.copy()
-    missing[body.seen] = Missing.BLANK
-    missing[located.strays] = Missing.GLITCH
-    missing[given] = Missing.SEEN
+    missing[body.seen] = SampleStatus.BLANK
+    missing[located.strays] = SampleStatus.GLITCH
+    missing[given] = SampleStatus.SEEN
     return RawBody(
         name=body.name,
         position=located.position,
@@ -211,12 +208,7 @@ def _raw_body(
 
 
 def _located(
-    take: Take,
-    role: str,
-    marked: _Marked,
-    axes: Axes,
-    places: NDArray[np.float64] | None,
-    warnings: list[str],
+    take: Take, role: str, marked: _Marked, axes: Axes, places: Array | None, warnings: list[str]
 ) -> BodyPosition | None:
     """Return the position by the measured markers, or by the solved ones where those seldom do."""
     body = marked.body
@@ -235,16 +227,14 @@ def _located(
     return solved and replace(solved, source=f"{solved.source} ({why})")
 
 
-def _locate(take: Take, marked: _Marked, places: NDArray[np.float64] | None) -> BodyPosition | None:
+def _locate(take: Take, marked: _Marked, places: Array | None) -> BodyPosition | None:
     if not any_finite(marked.cloud):
         return None
     located = locate_body(marked.body.name, take.times, marked.cloud, places)
     return located and replace(located, source=located.source.format(marked.kind))
 
 
-def _ordered(
-    take: Take, role: str, marked: _Marked, places: NDArray[np.float64], warnings: list[str]
-) -> NDArray[np.float64]:
+def _ordered(take: Take, role: str, marked: _Marked, places: Array, warnings: list[str]) -> Array:
     """Return the places in the order of the take's markers."""
     body, count = marked.body, marked.cloud.shape[1]
     if places.shape != (count, 3):
@@ -266,14 +256,14 @@ def _warn(warnings: list[str], text: str | None) -> None:
         warnings.append(text)
 
 
-def _solved(body: BodyTake) -> tuple[NDArray[np.float64], str]:
+def _solved(body: BodyTake) -> tuple[Array, str]:
     solved = body.centroid_solved
     if any_finite(solved):
         return solved, "centroid of the solved markers"
     return body.position, "pose position"
 
 
-def _pose_pitch(body: BodyTake, axes: Axes) -> NDArray[np.float64] | None:
+def _pose_pitch(body: BodyTake, axes: Axes) -> Array | None:
     """Return the pitch of the pose relative to its mean over the body's first half second or so."""
     posed = np.flatnonzero(body.seen & known(body.quaternion))
     if len(posed) < 2:

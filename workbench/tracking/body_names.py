@@ -18,6 +18,8 @@ from workbench.tracking.take import Take, known
 
 __all__ = ["FOOT_TOP_M", "TOP_ROTOR_M", "BodyNames", "check_names", "guess_bodies"]
 
+Array = NDArray[np.float64]
+
 FOOT_TOP_M = (0.16, 0.6)
 """Least and greatest distance of T from the foot, Appendix C of the thesis."""
 TOP_ROTOR_M = (0.01, 0.2)
@@ -121,32 +123,24 @@ def _in_yaml(name: str) -> str:
     return name if re.fullmatch(r"[A-Za-z][\w -]*\w|[A-Za-z]", name) else json.dumps(name)
 
 
-def _always_within(
-    distance: NDArray[np.float64], allowed: tuple[float, float]
-) -> NDArray[np.bool_]:
+def _always_within(distance: Array, allowed: tuple[float, float]) -> NDArray[np.bool_]:
     """Find pairs (b, b) whose distance is within bounds in nearly all samples that show both."""
     both = np.isfinite(distance).sum(axis=2)
     inside = ((distance >= allowed[0]) & (distance <= allowed[1])).sum(axis=2)
     return (both >= _LEAST_SAMPLES) & (inside >= _NEARLY_ALWAYS * both)
 
 
-def _circles(arm: NDArray[np.float64]) -> bool:
+def _circles(arm: Array) -> bool:
     return _spread(arm) <= _ARM_SPREAD * float(np.median(_finite(arm)))
 
 
-def _spread(values: NDArray[np.float64]) -> float:
+def _spread(values: Array) -> float:
     """Return the distance of the 5 and 95 % quantiles of the finite values."""
     low, high = np.quantile(_finite(values), [0.05, 0.95])
     return float(high - low)
 
 
-def _rotor_turns(
-    take: Take,
-    guess: BodyNames,
-    foot: NDArray[np.float64],
-    top: NDArray[np.float64],
-    rotor: NDArray[np.float64],
-) -> bool:
+def _rotor_turns(take: Take, guess: BodyNames, foot: Array, top: Array, rotor: Array) -> bool:
     """Return whether of T and rotor, as guessed, it is the rotor that turns."""
     top_turns, rotor_turns = (_turns(take, name) for name in (guess.top, guess.rotor))
     if top_turns != rotor_turns:
@@ -173,12 +167,12 @@ def _turns(take: Take, name: str) -> bool:
     return bool(np.mean(cosine < np.cos(np.pi / 4)) > 1 - _NEARLY_ALWAYS)
 
 
-def _above(foot: NDArray[np.float64], top: NDArray[np.float64], axes: Axes | None) -> bool:
+def _above(foot: Array, top: Array, axes: Axes | None) -> bool:
     if axes is None:
         return True
     height = axes.points_to_bench(top - foot)[:, 2]
     return float(np.median(_finite(height))) > 0
 
 
-def _finite(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _finite(values: Array) -> Array:
     return values[np.isfinite(values)]

@@ -16,6 +16,8 @@ from workbench.tracking.take import known
 
 __all__ = ["POOR_FIT_M", "BodyPosition", "locate_body"]
 
+Array = NDArray[np.float64]
+
 POOR_FIT_M = 3e-3
 """Misfit of markers above which their given positions are wrong [m]."""
 _USUAL_TIMES = 8.0  # a misfit this many times the usual one is not noise
@@ -36,9 +38,9 @@ class BodyPosition:
         warnings: what the user should know.
     """
 
-    position: NDArray[np.float64]
-    pitch: NDArray[np.float64] | None
-    residual: NDArray[np.float64]
+    position: Array
+    pitch: Array | None
+    residual: Array
     bridged: NDArray[np.bool_]
     strays: NDArray[np.bool_]
     source: str
@@ -49,21 +51,16 @@ class BodyPosition:
 class _Fit:
     """Fit of a pose or line, as in `BodyPosition`, and the offsets of the markers."""
 
-    position: NDArray[np.float64]
-    pitch: NDArray[np.float64] | None
-    residual: NDArray[np.float64]
+    position: Array
+    pitch: Array | None
+    residual: Array
     limit: float
     about: Offsets
     source: str
     warnings: tuple[str, ...]
 
 
-def locate_body(
-    name: str,
-    times: NDArray[np.float64],
-    cloud: NDArray[np.float64],
-    places: NDArray[np.float64] | None,
-) -> BodyPosition | None:
+def locate_body(name: str, times: Array, cloud: Array, places: Array | None) -> BodyPosition | None:
     """Locate a body by its markers.
 
     Three or more visible markers that span a plane give a weighted least-squares pose; without
@@ -101,7 +98,7 @@ def locate_body(
     )
 
 
-def _fit(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | None) -> _Fit:
+def _fit(name: str, cloud: Array, places: Array | None) -> _Fit:
     some = sample_of(cloud)
     rigid = learn_places(some) if places is None else places
     if rigid is None or on_a_line(rigid[known(rigid)]):
@@ -119,14 +116,7 @@ def _stray_warning(name: str, strays: NDArray[np.bool_], limit: float) -> tuple[
     )
 
 
-def _fit_pose(
-    name: str,
-    cloud: NDArray[np.float64],
-    places: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    *,
-    given: bool,
-) -> _Fit:
+def _fit_pose(name: str, cloud: Array, places: Array, weights: Array, *, given: bool) -> _Fit:
     poses = fit_poses(places, cloud, weights)
     usual = _median(poses.rmsd)
     limit = max(POOR_FIT_M, _USUAL_TIMES * usual)
@@ -154,11 +144,7 @@ def _fit_pose(
 
 
 def _without_one_marker(
-    poses: Poses,
-    limit: float,
-    places: NDArray[np.float64],
-    cloud: NDArray[np.float64],
-    weights: NDArray[np.float64],
+    poses: Poses, limit: float, places: Array, cloud: Array, weights: Array
 ) -> Poses:
     """Fit samples with one stray marker to the others, where these agree within the limit."""
     kept = Poses(*(values.copy() for values in poses))
@@ -173,7 +159,7 @@ def _without_one_marker(
     return kept
 
 
-def _forward(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+def _forward(matrix: Array) -> Array:
     """Return where rotations (n, 3, 3) turn what pointed along +x at first, (n, 3).
 
     At first is in the mean over the first half second or so.
@@ -183,7 +169,7 @@ def _forward(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.einsum("nij,j->ni", matrix, rest[0])
 
 
-def _fit_line(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | None) -> _Fit:
+def _fit_line(name: str, cloud: Array, places: Array | None) -> _Fit:
     point = point_on_line(name, cloud, places)
     spread = np.linalg.norm(np.diff(cloud, axis=1), axis=2).sum(axis=1) / 2
     residual = np.abs(spread - _median(spread))
@@ -198,7 +184,7 @@ def _fit_line(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64]
     )
 
 
-def _median(values: NDArray[np.float64]) -> float:
+def _median(values: Array) -> float:
     """Return the median of the finite values, NaN if there are none."""
     finite = values[np.isfinite(values)]
     return float(np.median(finite)) if len(finite) else float("nan")

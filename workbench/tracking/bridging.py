@@ -12,29 +12,32 @@ from workbench.tracking.take import known
 
 __all__ = ["Bridge", "Offsets", "bridge"]
 
+Array = NDArray[np.float64]
+
 _LONGEST_S = 0.1
 _WORST_M = 2e-3  # half of what cleaning takes for a stray
 _TRIED = 1000  # samples for the speed at which a body turns
 
 
-Offsets = Callable[[NDArray[np.intp]], NDArray[np.float64]]
+Offsets = Callable[[NDArray[np.intp]], Array]
 """Returns (k, m, 3) offsets of markers from the point in k samples [m]; NaN where unknown."""
 
 
 class Bridge(NamedTuple):
-    """Points (n, 3) [m], (n,) True where one was extrapolated, and the error of doing so [m]."""
+    """Points of a track, some of them extrapolated.
 
-    position: NDArray[np.float64]
+    Args:
+        position: (n, 3) [m].
+        bridged: (n,) True where one was extrapolated.
+        error: of doing so [m].
+    """
+
+    position: Array
     bridged: NDArray[np.bool_]
     error: float
 
 
-def bridge(
-    times: NDArray[np.float64],
-    cloud: NDArray[np.float64],
-    position: NDArray[np.float64],
-    about: Offsets,
-) -> Bridge:
+def bridge(times: Array, cloud: Array, position: Array, about: Offsets) -> Bridge:
     """Extrapolate a point from the visible markers where too few of them determine it.
 
     A marker's offset from the point turns with the body. Over a gap it is interpolated, beside a
@@ -94,9 +97,7 @@ def _reach(about: Offsets, count: int, most: int, one_sided: bool) -> tuple[int,
     return reach, error
 
 
-def _turned(
-    left: NDArray[np.float64], right: NDArray[np.float64], share: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _turned(left: Array, right: Array, share: Array) -> Array:
     """Return offsets (k, m, 3) between two, of their mean length: bodies never shrink."""
     share = share[:, None, None]
     mixed = left * (1 - share) + right * share
@@ -105,7 +106,7 @@ def _turned(
     return mixed * np.divide(ends, length, out=np.ones_like(length), where=length > 0)
 
 
-def _mean_of_seen(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _mean_of_seen(points: Array) -> Array:
     """Return the mean (k, 3) of the visible ones of points (k, m, 3)."""
     shown = known(points)[..., None]
     return np.where(shown, points, 0.0).sum(axis=1) / shown.sum(axis=1)

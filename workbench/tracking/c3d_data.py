@@ -70,7 +70,7 @@ def whole_frames(data: bytes | memoryview, header: Header) -> int:
 
 
 def read_points(data: bytes | memoryview, header: Header, count: int) -> NDArray[np.float64]:
-    """Return points (count, k, 3) in the file's unit, NaN where the residual says not seen."""
+    """Return points (count, k, 3) [unit of the file], NaN where the residual says not seen."""
     width = 4 * header.points + header.analog
     text = data[header.start : header.start + count * header.frame_bytes]
     if header.scale < 0:

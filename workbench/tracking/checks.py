@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.tracking.missing import runs
-from workbench.tracking.take import BodyTake, Missing, Take, known
+from workbench.tracking.take import BodyTake, SampleStatus, Take, known
 
 __all__ = ["apart", "checked"]
 
@@ -37,7 +37,7 @@ def checked(take: Take) -> Take:
     """Return a take whose held samples do not count as seen, with warnings of contradictions."""
     held = {name: found for name, body in take.bodies.items() if (found := _held(body)) is not None}
     bodies = {
-        name: body.without(held[name].mask, Missing.FROZEN) if name in held else body
+        name: body.without(held[name].mask, SampleStatus.FROZEN) if name in held else body
         for name, body in take.bodies.items()
     }
     warnings = [*_on_holds(take, held), *_on_solved(take.bodies)]
@@ -47,7 +47,12 @@ def checked(take: Take) -> Take:
 
 
 def apart(solved: NDArray[np.float64], measured: NDArray[np.float64]) -> float:
-    """Return the median distance of solved from measured markers (n, m, 3) [m], NaN if none."""
+    """Return the median distance of solved from measured markers [m], NaN if none.
+
+    Args:
+        solved: (n, m, 3) [m].
+        measured: (n, m, 3) [m], NaN where not seen.
+    """
     some = slice(None, None, max(1, len(solved) // _LOOKED_AT))
     off = np.linalg.norm(measured[some] - solved[some], axis=2)
     off = off[np.isfinite(off)]

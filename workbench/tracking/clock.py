@@ -69,6 +69,11 @@ def row_clock(
     The times are the clock's own. Where it is truncated to milliseconds and fits an even rate
     within that, they are those of the frame index, which are more accurate.
 
+    Args:
+        indices: (n,) of the frames.
+        times: (n,) of the file's clock [s].
+        source: that is warned.
+
     Raises:
         TakeError: when the clock has too few samples or stands still.
     """
@@ -97,6 +102,12 @@ def motive_times(
     """Return index / rate, (n,) [s]; warn where the time column has another rate or other times.
 
     The column of some Motive versions is truncated to milliseconds, so it is checked, not used.
+
+    Args:
+        indices: (n,) of the frames.
+        column: (n,) the time column, NaN where blank [s]; None where there is none.
+        rate: of the file's head [Hz].
+        source: that is warned.
     """
     times = indices / rate
     if column is None:
@@ -132,7 +143,12 @@ def _resolution(times: NDArray[np.float64]) -> float:
 
 
 def jitter(indices: NDArray[np.int64], times: NDArray[np.float64] | None) -> float:
-    """Return the standard deviation of the clock's steps per frame about their median [s]."""
+    """Return the standard deviation of the clock's steps per frame about their median [s].
+
+    Args:
+        indices: (n,) of the frames.
+        times: (n,) of the clock [s].
+    """
     if times is None:
         return 0.0
     advance = np.diff(indices)
@@ -144,7 +160,12 @@ def jitter(indices: NDArray[np.int64], times: NDArray[np.float64] | None) -> flo
 
 
 def warn_of_index_steps(indices: NDArray[np.int64], source: Source) -> None:
-    """Warn of frame indices that jump, repeat or go back."""
+    """Warn of frame indices that jump, repeat or go back.
+
+    Args:
+        indices: (n,) of the frames.
+        source: that is warned.
+    """
     steps = np.diff(indices)
     jumps = np.flatnonzero(steps > 1)
     if len(jumps):

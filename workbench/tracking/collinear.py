@@ -14,7 +14,14 @@ _ALONG_Y = 0.7  # cosine; a line nearer to the axis of rotation hardly shows the
 
 
 class LinePoint(NamedTuple):
-    """(n, 3) point [m], (n,) rotation about +y [rad] or None, what the point is, warnings."""
+    """A point of a body whose markers lie on a line.
+
+    Args:
+        position: (n, 3) [m].
+        pitch: (n,) rotation about +y [rad], or None.
+        source: what the point is.
+        warnings: sentences.
+    """
 
     position: NDArray[np.float64]
     pitch: NDArray[np.float64] | None

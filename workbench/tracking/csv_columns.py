@@ -31,7 +31,7 @@ class Rows:
     """Rows of a text.
 
     Args:
-        text: the bytes of the whole file.
+        text: (size,) the bytes of the whole file.
         begins: (n,) where each row begins.
         ends: (n,) one past its content, the line end not included.
     """
@@ -45,7 +45,11 @@ class Rows:
         return len(self.begins)
 
     def of(self, some: NDArray[np.bool_ | np.intp] | slice) -> Rows:
-        """Return some of the rows."""
+        """Return some of the rows.
+
+        Args:
+            some: (n,) mask, or (k,) indices.
+        """
         return Rows(self.text, self.begins[some], self.ends[some])
 
     def counted(self) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
@@ -67,7 +71,7 @@ class CsvColumns:
     """Columns of n rows.
 
     Args:
-        numbers: (k, n) the columns of numbers, NaN where blank.
+        numbers: (k, n) the columns of numbers, NaN where blank [unit of each column].
         codes: (w, n) the columns of words, as indices into `vocabulary`.
         vocabulary: the different words of all columns, without quotes around them, and their code.
     """
@@ -88,7 +92,7 @@ class CsvColumns:
         return {words[code]: code for code in np.flatnonzero(count).tolist()}
 
     def words(self, column: int) -> dict[str, NDArray[np.intp]]:
-        """Return the rows that hold each of the different words of a column."""
+        """Return the rows, (r,) each, that hold each of the different words of a column."""
         found = self.used(column).items()
         return {word: np.flatnonzero(self.codes[column] == code) for word, code in found}
 

@@ -13,7 +13,7 @@ from workbench.tracking.glitches import bursts, off_length, out_of_reach, spikes
 from workbench.tracking.recipe import BodyReport, Cleaned, CleaningReport, advancing
 from workbench.tracking.resampling import ABSENT, even_grid, nearest_sample, on_grid, stretches
 from workbench.tracking.smoothing import LEAST_SEEN, smooth_stretch
-from workbench.tracking.take import Missing, known, samples_of
+from workbench.tracking.take import SampleStatus, known, samples_of
 
 __all__ = ["default"]
 
@@ -67,7 +67,7 @@ def default(points: RawPoints) -> Cleaned:
         missing[role] = _on_grid(raw_missing[role], source, known(path))
         columns |= dict(zip(_NAMES[role], path.T, strict=True))
         unfiltered += 3 * short
-    valid = {name: missing[role] == Missing.SEEN for role in missing for name in _NAMES[role]}
+    valid = {name: missing[role] == SampleStatus.SEEN for role in missing for name in _NAMES[role]}
     if points.foot.pitch is not None:
         pitch = _unwrapped(np.where(rejected["foot"], np.nan, points.foot.pitch[keep]))
         sampled = on_grid(times, pitch[:, None], grid, source, _LONGEST_FILL_S)
@@ -185,22 +185,22 @@ def _unwrapped(angle: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _reasons(missing: NDArray[np.int8], rejected: NDArray[np.bool_]) -> NDArray[np.int8]:
-    return np.where(rejected, Missing.GLITCH, missing).astype(np.int8)
+    return np.where(rejected, SampleStatus.GLITCH, missing).astype(np.int8)
 
 
 def _on_grid(
     reasons: NDArray[np.int8], source: NDArray[np.intp], given: NDArray[np.bool_]
 ) -> NDArray[np.int8]:
     """Return why a grid time has no seen sample, FILLED where there is a value all the same."""
-    why = np.where(source == ABSENT, Missing.BLANK, reasons[source])
-    return np.where((why != Missing.SEEN) & given, Missing.FILLED, why).astype(np.int8)
+    why = np.where(source == ABSENT, SampleStatus.BLANK, reasons[source])
+    return np.where((why != SampleStatus.SEEN) & given, SampleStatus.FILLED, why).astype(np.int8)
 
 
 def _report(source: str, missing: NDArray[np.int8], rejected: NDArray[np.bool_]) -> BodyReport:
-    filled = missing == Missing.FILLED
+    filled = missing == SampleStatus.FILLED
     return BodyReport(
         source=source,
         filled=int(np.count_nonzero(filled)),
         rejected=int(np.count_nonzero(rejected)),
-        missing_left=int(np.count_nonzero(~filled & (missing != Missing.SEEN))),
+        missing_left=int(np.count_nonzero(~filled & (missing != SampleStatus.SEEN))),
     )

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from workbench.errors import InputError, did_you_mean
 from workbench.tracking.body_names import BodyNames
 from workbench.tracking.identity import exchange_summary, untangle
-from workbench.tracking.take import BodyTake, Missing, Take, any_finite, known
+from workbench.tracking.take import BodyTake, SampleStatus, Take, any_finite, known
 
 __all__ = ["Exchange", "exchanged_back", "without_exchanges"]
 
@@ -95,8 +95,8 @@ def without_exchanges(take: Take, names: BodyNames) -> tuple[Take, list[str]]:
             continue
         exchanged, unsure = _around(exchanged, np.asarray(known(paths).all(axis=1)))
         a, b = _swapped(a, b, exchanged)
-        bodies[one] = a.without(unsure, Missing.GLITCH)
-        bodies[other] = b.without(unsure, Missing.GLITCH)
+        bodies[one] = a.without(unsure, SampleStatus.GLITCH)
+        bodies[other] = b.without(unsure, SampleStatus.GLITCH)
         warnings.append(sentence)
     return (replace(take, bodies=bodies) if warnings else take), warnings
 

@@ -11,6 +11,8 @@ from workbench.tracking.take import known, samples_of, time_last
 
 __all__ = ["bursts", "off_length", "out_of_reach", "spikes", "strays"]
 
+Array = NDArray[np.float64]
+
 _WINDOW = 5
 _FAR_M = 4e-3  # at 120 Hz landings leave running medians by 2 mm, a rotor at 21 rad/s by 0.5 mm
 _FAR_SCALES = 8.0
@@ -23,9 +25,7 @@ _BACK = 0.5  # of the first jump: how near the path comes to where it would have
 _ROUNDS = 5
 
 
-def spikes(
-    times: NDArray[np.float64], path: NDArray[np.float64], least: float = _FAR_M
-) -> NDArray[np.bool_]:
+def spikes(times: Array, path: Array, least: float = _FAR_M) -> NDArray[np.bool_]:
     """Find samples far from the running median of five: (n,) True for one or two strays in a row.
 
     Far is 4 mm, or eight times the usual deviation where that is more, plus the distance that the
@@ -54,7 +54,7 @@ def spikes(
     return found
 
 
-def bursts(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.bool_]:
+def bursts(times: Array, path: Array) -> NDArray[np.bool_]:
     """Find stretches of up to 0.1 s off the path, (n,).
 
     Either between two jumps faster than 5 m/s; or between a jump out and a jump back. A jump is a
@@ -77,9 +77,7 @@ def bursts(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.
     return found
 
 
-def out_of_reach(
-    path: NDArray[np.float64], anchor: NDArray[np.float64], allowed: tuple[float, float]
-) -> NDArray[np.bool_]:
+def out_of_reach(path: Array, anchor: Array, allowed: tuple[float, float]) -> NDArray[np.bool_]:
     """Find samples whose distance to an anchor is out of bounds, (n,).
 
     Args:
@@ -91,7 +89,7 @@ def out_of_reach(
     return (distance < allowed[0]) | (distance > allowed[1])
 
 
-def off_length(top: NDArray[np.float64], rotor: NDArray[np.float64]) -> NDArray[np.bool_]:
+def off_length(top: Array, rotor: Array) -> NDArray[np.bool_]:
     """Find samples whose arm from T to the rotor has not its usual length, (n,).
 
     The arm is rigid. Off is 4 mm, or eight times the usual deviation where that is more. Either of
@@ -110,9 +108,7 @@ def off_length(top: NDArray[np.float64], rotor: NDArray[np.float64]) -> NDArray[
     return found
 
 
-def strays(
-    path: NDArray[np.float64], curve: NDArray[np.float64], seen: NDArray[np.bool_], rate: float
-) -> NDArray[np.bool_]:
+def strays(path: Array, curve: Array, seen: NDArray[np.bool_], rate: float) -> NDArray[np.bool_]:
     """Find the samples that pull a smooth curve away from their neighbours, (n,).
 
     A sample pulls when it lies off the curve by 1.5 mm (more where the cameras are slower than
@@ -132,12 +128,12 @@ def strays(
     return far & (apart == scipy.ndimage.maximum_filter1d(apart, _WINDOW))
 
 
-def _length(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+def _length(vectors: Array) -> Array:
     """Return the lengths of (n, 3) vectors; a third of the time of `numpy.linalg.norm`."""
     return np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
 
 
-def _off_median(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _off_median(values: Array) -> Array:
     """Return the deviations of values (n, d) from their running medians of five, (n, d)."""
     from workbench.tracking.loops import median_of_five
 
@@ -145,13 +141,13 @@ def _off_median(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return (columns - median_of_five(columns)).T
 
 
-def _far(apart: NDArray[np.float64], least: float = _FAR_M) -> float:
+def _far(apart: Array, least: float = _FAR_M) -> float:
     """Return the limit of deviations (n,): the least that is far, or eight times the usual one."""
     # the usual one costs a sort, and where none exceeds the least nothing is far
     return max(least, _FAR_SCALES * float(robust_sigma(apart))) if (apart > least).any() else least
 
 
-def _unseen_way(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.float64]:
+def _unseen_way(times: Array, path: Array) -> Array:
     """Return how far a body may have gone unseen within each window of five, (n,) [m]."""
     lasted = np.diff(times)
     speed = float(np.percentile(_length(np.diff(path, axis=0)) / lasted, 95))
@@ -163,10 +159,7 @@ def _unseen_way(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArra
 
 
 def _mark_fast(
-    found: NDArray[np.bool_],
-    seen: NDArray[np.intp],
-    times: NDArray[np.float64],
-    fast: NDArray[np.bool_],
+    found: NDArray[np.bool_], seen: NDArray[np.intp], times: Array, fast: NDArray[np.bool_]
 ) -> None:
     """Mark short pieces between impossible speeds; the longest piece is never one of them."""
     if not fast.any():
@@ -179,11 +172,7 @@ def _mark_fast(
 
 
 def _mark_returned(
-    found: NDArray[np.bool_],
-    seen: NDArray[np.intp],
-    times: NDArray[np.float64],
-    excess: NDArray[np.float64],
-    lasted: NDArray[np.float64],
+    found: NDArray[np.bool_], seen: NDArray[np.intp], times: Array, excess: Array, lasted: Array
 ) -> None:
     """Mark what lies between a jump and the jump that undoes it.
 

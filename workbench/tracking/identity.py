@@ -21,6 +21,8 @@ from workbench.tracking.take import known, time_last
 
 __all__ = ["Untangled", "exchange_summary", "untangle"]
 
+Array = NDArray[np.float64]
+
 _LEFT = 0.5  # of the least marker distance: further off, a marker is nearer to another's place
 _ARRIVED = 0.25  # of the least marker distance: nearer, a marker continues another's path
 _SHORT_S = 0.025  # a rotor at 21 rad/s turns by half a radian
@@ -31,15 +33,18 @@ _LOOK_BACK = 3  # stretches; one or two of strays may lie between
 
 
 class Untangled(NamedTuple):
-    """(n, m, 3) markers, each in its own slot; (n,) True where an exchange was undone."""
+    """Markers of a body after exchanges were undone.
 
-    cloud: NDArray[np.float64]
+    Args:
+        cloud: (n, m, 3) markers, each in its own slot [m].
+        exchanged: (n,) True where an exchange was undone.
+    """
+
+    cloud: Array
     exchanged: NDArray[np.bool_]
 
 
-def untangle(
-    times: NDArray[np.float64], cloud: NDArray[np.float64], *, partly: bool = True
-) -> Untangled:
+def untangle(times: Array, cloud: Array, *, partly: bool = True) -> Untangled:
     """Find exchanges of markers and undo them.
 
     Among samples that can be compared the most frequent order counts as right. After a gap in which
@@ -79,9 +84,16 @@ def untangle(
 
 
 def exchange_summary(
-    times: NDArray[np.float64], exchanged: NDArray[np.bool_], whose: str, what: str = "markers"
+    times: Array, exchanged: NDArray[np.bool_], whose: str, what: str = "markers"
 ) -> str | None:
-    """Return a sentence on the exchanges undone, or None where there were none."""
+    """Return a sentence on the exchanges undone, or None where there were none.
+
+    Args:
+        times: (n,) [s].
+        exchanged: (n,) where an exchange was undone.
+        whose: the body.
+        what: was exchanged.
+    """
     count = int(np.count_nonzero(exchanged))
     if not count:
         return None
@@ -93,13 +105,13 @@ def exchange_summary(
     )
 
 
-def _least_distance(some: NDArray[np.float64]) -> float:
+def _least_distance(some: Array) -> float:
     """Return the usual distance of the two markers that are nearest to each other [m]."""
     first, second = np.triu_indices(some.shape[1], k=1)
     return float(np.median(np.linalg.norm(some[:, first] - some[:, second], axis=2), axis=0).min())
 
 
-def _cuts(cloud: NDArray[np.float64], rows: NDArray[np.intp], nearest: float) -> NDArray[np.intp]:
+def _cuts(cloud: Array, rows: NDArray[np.intp], nearest: float) -> NDArray[np.intp]:
     """Return the places in `rows` at which a marker has left its place since the one before."""
     from workbench.tracking.loops import steady
 
@@ -111,7 +123,7 @@ def _cuts(cloud: NDArray[np.float64], rows: NDArray[np.intp], nearest: float) ->
     return places[far.any(axis=1)]
 
 
-def _about_middle(full: NDArray[np.float64]) -> NDArray[np.float64]:
+def _about_middle(full: Array) -> Array:
     """Return markers (k, m, 3) about their common centroid."""
     return full - np.einsum("kmi->ki", full)[:, None] / full.shape[1]
 
@@ -161,8 +173,8 @@ class _Motion:
         nearest: least distance of two markers [m].
     """
 
-    times: NDArray[np.float64]
-    cloud: NDArray[np.float64]
+    times: Array
+    cloud: Array
     rows: NDArray[np.intp]
     nearest: float
 
@@ -170,7 +182,7 @@ class _Motion:
         """Return k."""
         return len(self.rows)
 
-    def shape(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
+    def shape(self, places: NDArray[np.intp]) -> Array:
         """Return the markers about their centroid in some of the k samples, (len(places), m, 3)."""
         return _about_middle(self.cloud[self.rows[places]])
 
@@ -205,9 +217,7 @@ class _Motion:
         return float(np.median(moved.max(axis=1)))
 
 
-def _continued(
-    before: NDArray[np.float64], after: NDArray[np.float64], nearest: float
-) -> NDArray[np.intp] | None:
+def _continued(before: Array, after: Array, nearest: float) -> NDArray[np.intp] | None:
     """Return the slot of `after` that continues each marker of `before`; None if not all do."""
     apart = scipy.spatial.distance.cdist(before, after)
     marker, slot = scipy.optimize.linear_sum_assignment(apart**2)
@@ -215,11 +225,7 @@ def _continued(
 
 
 def _by_paths(
-    times: NDArray[np.float64],
-    cloud: NDArray[np.float64],
-    rows: NDArray[np.intp],
-    slots: NDArray[np.intp],
-    nearest: float,
+    times: Array, cloud: Array, rows: NDArray[np.intp], slots: NDArray[np.intp], nearest: float
 ) -> dict[int, NDArray[np.intp]]:
     """Return slots (m,) of samples with hidden markers whose visible ones sit on others' paths.
 

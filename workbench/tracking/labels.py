@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.tracking.source import Source, listed
-from workbench.tracking.take import BodyTake, Missing, known
+from workbench.tracking.take import BodyTake, SampleStatus, known
 
 __all__ = [
     "MAKE_BODIES",
@@ -20,6 +20,8 @@ __all__ = [
     "side_by_side",
     "warn_of_no_bodies",
 ]
+
+Array = NDArray[np.float64]
 
 MAKE_BODIES = (
     "make rigid bodies Foot, T and Rotor in Motive, or label the markers there as Foot:Marker1 and "
@@ -39,7 +41,7 @@ _NO_BODY = ("unlabeled", "unlabelled", "active", "passive")
 
 
 def bodies_by_label(
-    labels: Sequence[str], points: NDArray[np.float64], source: Source
+    labels: Sequence[str], points: Array, source: Source
 ) -> tuple[dict[str, BodyTake], list[int]]:
     """Group points into bodies that have measured markers and no pose.
 
@@ -57,7 +59,7 @@ def bodies_by_label(
         indices = [k for k, name in enumerate(owners) if name == owner]
         names = [marker_name(labels[k].strip().removeprefix(owner)) for k in indices]
         slots = tuple(dict.fromkeys(names))
-        paths: dict[str, NDArray[np.float64]] = {}
+        paths: dict[str, Array] = {}
         for k, slot in zip(indices, names, strict=True):
             merge(paths, slot, points[:, k], labels[k], source)
         bodies[owner] = _unposed(owner, slots, side_by_side(paths, slots, len(points)))
@@ -71,9 +73,7 @@ def owners_of(labels: Sequence[str]) -> list[str]:
     return ["" if owner.casefold() in _NO_BODY else owner for owner in owners]
 
 
-def warn_of_no_bodies(
-    labels: Iterable[str], points: NDArray[np.float64], line: int, source: Source
-) -> None:
+def warn_of_no_bodies(labels: Iterable[str], points: Array, line: int, source: Source) -> None:
     """Warn that a file holds markers alone, and what to do.
 
     Args:
@@ -100,14 +100,16 @@ def marker_name(rest: str) -> str:
     return f"Marker {number[1]}" if number else plain
 
 
-def merge(
-    paths: dict[str, NDArray[np.float64]],
-    slot: str,
-    found: NDArray[np.float64],
-    label: str,
-    source: Source,
-) -> None:
-    """Add one column's samples (n, 3) to a marker's path; it may continue in a second column."""
+def merge(paths: dict[str, Array], slot: str, found: Array, label: str, source: Source) -> None:
+    """Add one column's samples to a marker's path; it may continue in a second column.
+
+    Args:
+        paths: (n, 3) of each marker, added to [m].
+        slot: of the marker.
+        found: (n, 3) samples [m].
+        label: of the column.
+        source: that is warned.
+    """
     if slot not in paths:
         paths[slot] = found
         return
@@ -121,10 +123,14 @@ def merge(
     paths[slot] = np.where(free[:, None], found, paths[slot])
 
 
-def side_by_side(
-    paths: dict[str, NDArray[np.float64]], slots: Sequence[str], n: int
-) -> NDArray[np.float64]:
-    """Return (n, len(slots), 3), NaN for a marker without a path."""
+def side_by_side(paths: dict[str, Array], slots: Sequence[str], n: int) -> Array:
+    """Return (n, k, 3) [m], NaN for a marker without a path.
+
+    Args:
+        paths: (n, 3) of each marker [m].
+        slots: the k markers.
+        n: samples.
+    """
     given = [paths[slot] for slot in slots if slot in paths]
     if given and len(given) == len(slots) and (view := _evenly_apart(given)) is not None:
         return view
@@ -135,7 +141,7 @@ def side_by_side(
     return columns.transpose(2, 0, 1)
 
 
-def _evenly_apart(paths: Sequence[NDArray[np.float64]]) -> NDArray[np.float64] | None:
+def _evenly_apart(paths: Sequence[Array]) -> Array | None:
     """Return paths (n, 3) side by side without a copy, where they lie so in one table.
 
     None where they do not. Markers are most of a long take.
@@ -152,7 +158,7 @@ def _evenly_apart(paths: Sequence[NDArray[np.float64]]) -> NDArray[np.float64] |
     )
 
 
-def _unposed(name: str, slots: tuple[str, ...], measured: NDArray[np.float64]) -> BodyTake:
+def _unposed(name: str, slots: tuple[str, ...], measured: Array) -> BodyTake:
     n = len(measured)
     seen = known(measured).any(axis=1)
     return BodyTake(
@@ -163,5 +169,5 @@ def _unposed(name: str, slots: tuple[str, ...], measured: NDArray[np.float64]) -
         measured=measured,
         solved=np.full_like(measured, np.nan),
         marker_names=slots,
-        missing=np.where(seen, Missing.SEEN, Missing.BLANK).astype(np.int8),
+        missing=np.where(seen, SampleStatus.SEEN, SampleStatus.BLANK).astype(np.int8),
     )

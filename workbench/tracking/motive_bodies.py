@@ -21,7 +21,7 @@ from workbench.tracking.motive_header import ColumnLayout, Entity
 from workbench.tracking.motive_table import MotiveTable
 from workbench.tracking.quaternions import usable
 from workbench.tracking.source import Source, listed, shown, unique_name
-from workbench.tracking.take import BodyTake, Cloud, Missing, known
+from workbench.tracking.take import BodyTake, Cloud, SampleStatus, known
 
 __all__ = ["bodies_and_cloud", "scale"]
 
@@ -201,12 +201,12 @@ def _warn_of_one_pose(
     """Warn of a body that has the same pose in all of many rows: cameras are never that still."""
     if known(measured).any():
         return
-    given = known(position) & (missing != Missing.PLACEHOLDER)
+    given = known(position) & (missing != SampleStatus.PLACEHOLDER)
     count = int(np.count_nonzero(given))
     if count < _MANY or not never_moves(position[given], quaternion[given]):
         return
     verdict = "was it ever tracked?"
-    if not (missing == Missing.SEEN).any():
+    if not (missing == SampleStatus.SEEN).any():
         verdict = "it counts as never seen, as no raw marker of it is in the file"
     source.warn(
         f"body {name!r} has the very same pose in all {count} rows that give one, which cameras "

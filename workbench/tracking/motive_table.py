@@ -23,7 +23,7 @@ class MotiveTable:
 
     Args:
         columns: k columns of the file, from 0.
-        values: (k, n) NaN where blank.
+        values: (k, n) NaN where blank [unit of the file].
     """
 
     columns: tuple[int, ...]
@@ -39,11 +39,11 @@ class MotiveTable:
         return self.values[0].astype(np.int64)
 
     def column(self, column: int) -> NDArray[np.float64]:
-        """Return one column of the file, (n,)."""
+        """Return one column of the file, (n,) [unit of the file]."""
         return self.values[self.columns.index(column)]
 
     def block(self, columns: Sequence[int]) -> NDArray[np.float64]:
-        """Return columns of the file side by side, (n, len(columns)); not to be written into.
+        """Return c columns side by side, (n, c) [unit of the file]; not to be written into.
 
         Samples run along the fast axis. Neighbouring columns are not copied.
         """

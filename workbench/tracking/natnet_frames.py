@@ -22,12 +22,14 @@ from workbench.tracking.checks import apart, checked
 from workbench.tracking.clock import jitter
 from workbench.tracking.missing import without_zeros
 from workbench.tracking.start_time import format_start_time
-from workbench.tracking.take import BodyTake, Cloud, Missing, Take, known
+from workbench.tracking.take import BodyTake, Cloud, SampleStatus, Take, known
 
 if TYPE_CHECKING:
     from natnet import DataFrame, LabeledMarker, RigidBodyDescription
 
 __all__ = ["Body", "Sample", "StreamLayout", "make_take"]
+
+Array = NDArray[np.float64]
 
 _SNAP = 1e-3  # a rate this near to a whole number is that number
 _UNIT_WITHIN = 0.01
@@ -50,8 +52,8 @@ class Sample(NamedTuple):
 
     number: int
     time_s: float
-    poses: NDArray[np.float64]
-    markers: NDArray[np.float64]
+    poses: Array
+    markers: Array
     loose: Mapping[int, tuple[float, float, float]]
     timecode: int = 0
     arrived_s: float = 0.0
@@ -70,7 +72,7 @@ class Body:
 
     name: str
     number: int
-    places: NDArray[np.float64]
+    places: Array
     first: int
 
     @property
@@ -193,11 +195,7 @@ def make_take(
 
 
 def _body(
-    body: Body,
-    poses: NDArray[np.float64],
-    measured: NDArray[np.float64],
-    indices: NDArray[np.int64],
-    warnings: list[str],
+    body: Body, poses: Array, measured: Array, indices: NDArray[np.int64], warnings: list[str]
 ) -> BodyTake:
     position, quaternion = poses[:, :3].copy(), poses[:, [6, 3, 4, 5]]
     seen = known(position)
@@ -220,14 +218,12 @@ def _body(
         measured=measured,
         solved=solved,
         marker_names=tuple(f"Marker {k + 1}" for k in range(len(body.places))),
-        missing=np.where(seen, Missing.SEEN, Missing.LOST).astype(np.int8),
+        missing=np.where(seen, SampleStatus.SEEN, SampleStatus.LOST).astype(np.int8),
         reported_error=poses[:, 7],
     )
 
 
-def _solved(
-    places: NDArray[np.float64], position: NDArray[np.float64], quaternion: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _solved(places: Array, position: Array, quaternion: Array) -> Array:
     """Return the model's markers at poses, (n, m, 3) [m], NaN where there is no pose."""
     seen = known(position)
     solved = np.full((len(position), len(places), 3), np.nan)
@@ -240,11 +236,8 @@ def _solved(
 
 
 def _mirrored(
-    body: Body,
-    position: NDArray[np.float64],
-    quaternion: NDArray[np.float64],
-    measured: NDArray[np.float64],
-) -> tuple[str, NDArray[np.float64]] | None:
+    body: Body, position: Array, quaternion: Array, measured: Array
+) -> tuple[str, Array] | None:
     """Return the axis of a model that is mirrored against the measured markers, and it corrected.
 
     None where the model fits as it is, or not better in any mirror.
@@ -252,7 +245,7 @@ def _mirrored(
     off = apart(_solved(body.places, position, quaternion), measured)
     if not off > _FITS_M:
         return None
-    best: tuple[float, str, NDArray[np.float64]] | None = None
+    best: tuple[float, str, Array] | None = None
     for axis, name in enumerate("xyz"):
         places = body.places * np.where(np.arange(3) == axis, -1.0, 1.0)
         residual = apart(_solved(places, position, quaternion), measured)
@@ -277,7 +270,7 @@ def _cloud(loose: Sequence[Mapping[int, tuple[float, float, float]]]) -> Cloud:
     return Cloud(position, names)
 
 
-def _rate(indices: NDArray[np.int64], stamps: NDArray[np.float64]) -> float:
+def _rate(indices: NDArray[np.int64], stamps: Array) -> float:
     """Return frames per second by the server's clock, over all that came [Hz]."""
     seconds = float(stamps[-1] - stamps[0]) if len(stamps) > 1 else 0.0
     if not seconds > 0:
@@ -312,7 +305,7 @@ def _losses(samples: Sequence[Sample], numbers: NDArray[np.int64]) -> Iterator[s
         yield "frames came out of order, or Motive played a take in a loop; sorted by number"
 
 
-def _errors(layout: StreamLayout, poses: NDArray[np.float64]) -> dict[str, str]:
+def _errors(layout: StreamLayout, poses: Array) -> dict[str, str]:
     """Return the mean of each body's streamed mean marker error, where it was tracked."""
     found = {body.name: poses[known(poses[:, i, :3]), i, 7] for i, body in enumerate(layout.bodies)}
     return {

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from workbench.errors import InputError, did_you_mean
 from workbench.tracking.exchanges import Exchange, exchanged_back
 from workbench.tracking.length_unit import UNITS, in_unit, unit_name
-from workbench.tracking.take import BodyTake, Missing, Take
+from workbench.tracking.take import BodyTake, SampleStatus, Take
 
 __all__ = ["Overrides", "with_overrides"]
 
@@ -92,7 +92,7 @@ def _within(take: Take, name: str, limit: float) -> Take:
         f"{name!r}: {np.count_nonzero(poor)} samples have an error above {1e3 * limit:g} mm, first "
         f"at frame {take.indices[np.argmax(poor)]}; they do not count as seen"
     )
-    bodies = {**take.bodies, name: body.without(poor, Missing.POOR)}
+    bodies = {**take.bodies, name: body.without(poor, SampleStatus.POOR)}
     return replace(take, bodies=bodies, warnings=(*take.warnings, text))
 
 

@@ -21,7 +21,13 @@ _FLAT = 1e-2  # second singular value over the first; below it the markers are o
 
 
 class Poses(NamedTuple):
-    """n poses: (n, 3) origin [m], (n, 3, 3) body-to-bench matrix, (n,) misfit [m]; NaN if none."""
+    """Poses of a body in n samples, NaN where there is none.
+
+    Args:
+        origin: (n, 3) [m].
+        matrix: (n, 3, 3) from the body to the bench [1].
+        rmsd: (n,) misfit [m].
+    """
 
     origin: NDArray[np.float64]
     matrix: NDArray[np.float64]
@@ -38,7 +44,7 @@ def fit_poses(
     Args:
         places: (m, 3) markers in the body's frame [m]; a marker whose place is NaN is left out.
         cloud: (n, m, 3) the same markers seen [m], NaN where not.
-        weights: (m,) above 0, how much each marker counts; all the same if None.
+        weights: (m,) above 0, how much each marker counts [1]; all the same if None.
 
     Returns:
         Poses, NaN where fewer than three markers are visible or they lie on a line. The misfit is
@@ -59,12 +65,20 @@ def fit_poses(
 
 
 def pitch_of(forward: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rotation about +y, (n,) [rad], of +x into directions (n, 3): towards -z."""
+    """Return the rotation about +y, (n,) [rad], of +x into directions: towards -z.
+
+    Args:
+        forward: (n, 3) directions [any unit].
+    """
     return np.arctan2(-forward[:, 2], forward[:, 0])
 
 
 def on_a_line(places: NDArray[np.float64]) -> bool:
-    """Return whether places (m, 3) span no plane: too few of them, or all along one line."""
+    """Return whether places span no plane: too few of them, or all along one line.
+
+    Args:
+        places: (m, 3) [m].
+    """
     if len(places) < 3:
         return True
     singular = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)

@@ -12,7 +12,7 @@ from workbench.tracking.length_unit import unit_hint
 from workbench.tracking.marker_tracks import MarkerTrack, marker_tracks
 from workbench.tracking.missing import gaps
 from workbench.tracking.reader import read_take
-from workbench.tracking.take import Missing, Take, known
+from workbench.tracking.take import SampleStatus, Take, known
 
 __all__ = ["exports_in", "quality", "quality_or_error"]
 
@@ -24,10 +24,10 @@ def quality(take: Take) -> dict[str, Any]:
 
     Lengths in metres, times in seconds, the file's own axes, nothing filtered. The mean position
     is over the samples that count as seen; it is None when there is none. `reasons` counts the
-    others by `Missing`, `markers` the samples in which each measured marker was not visible, None
-    where the file does not hold its measured places. `points` are the markers of a take without
-    bodies: the ids that one of them had, the share of the take that does not show it, and where it
-    was.
+    others by `SampleStatus`, `markers` the samples in which each measured marker was not visible,
+    None where the file does not hold its measured places. `points` are the markers of a take
+    without bodies: the ids that one of them had, the share of the take that does not show it, and
+    where it was.
     """
     return {
         "format": take.format,
@@ -67,13 +67,15 @@ def _body(take: Take, name: str) -> dict[str, Any]:
     position = position[body.seen & known(position)]
     mean = np.mean(position, axis=0) if len(position) else None
     hidden = np.count_nonzero(~known(body.measured), axis=0)
-    reasons = {reason: int(np.count_nonzero(body.missing == reason)) for reason in Missing}
+    reasons = {reason: int(np.count_nonzero(body.missing == reason)) for reason in SampleStatus}
     return {
         "missing": int(np.count_nonzero(~body.seen)),
         "gaps": count,
         "longest_gap": longest,
         "reasons": {
-            reason.name.lower(): n for reason, n in reasons.items() if n and reason != Missing.SEEN
+            reason.name.lower(): n
+            for reason, n in reasons.items()
+            if n and reason != SampleStatus.SEEN
         },
         "mean_position_m": None if mean is None else [float(x) for x in mean],
         "markers": {

@@ -19,7 +19,7 @@ def euler_degrees(quaternion: NDArray[np.float64], order: str) -> NDArray[np.flo
     """Return angles about the body's own axes, in the order given, (n, 3) [deg], NaN where unknown.
 
     Args:
-        quaternion: (n, 4) w, x, y, z.
+        quaternion: (n, 4) w, x, y, z [1].
         order: e.g. "XYZ".
     """
     angles = np.full((len(quaternion), 3), np.nan)
@@ -34,7 +34,11 @@ def euler_degrees(quaternion: NDArray[np.float64], order: str) -> NDArray[np.flo
 
 
 def usable(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return quaternions (n, 4) with NaN in place of those that are no rotation."""
+    """Return quaternions, (n, 4) [1], with NaN in place of those that are no rotation.
+
+    Args:
+        quaternion: (n, 4) [1].
+    """
     square = np.einsum("nk,nk->n", quaternion, quaternion)
     whole = (square > _LEAST_LENGTH**2) & np.isfinite(square)
     return np.where(whole[:, None], quaternion, np.nan)

@@ -68,8 +68,8 @@ class Cleaned:
 
     Args:
         columns: k even samples of FOOT, TOP, ROTOR and perhaps PITCH.
-        missing: by role, (k,) values of `Missing`: why a sample of `columns` was not seen; FILLED
-            where the recipe gave it a value all the same.
+        missing: by role, (k,) values of `SampleStatus`: why a sample of `columns` was not seen;
+            FILLED where the recipe gave it a value all the same.
         raw_missing: by role, (m,) the same for the take's own samples that `advancing` keeps,
             GLITCH where the recipe rejected one.
         report: of the recipe.
@@ -86,7 +86,11 @@ Recipe = Callable[[RawPoints], Cleaned]
 
 
 def advancing(times: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Return the samples later than all before, (m,); rewritten files repeat frames."""
+    """Return the samples later than all before, (m,); rewritten files repeat frames.
+
+    Args:
+        times: (n,) [s].
+    """
     given = np.where(np.isfinite(times), times, -np.inf)
     before = np.concatenate(([-np.inf], np.maximum.accumulate(given)[:-1]))
     return np.flatnonzero(given > before)

@@ -11,6 +11,8 @@ from workbench.tracking.take import known, samples_of
 
 __all__ = ["ABSENT", "even_grid", "nearest_sample", "on_grid", "stretches"]
 
+Array = NDArray[np.float64]
+
 ABSENT = -1
 """Index of the sample where a grid time has no frame of the take."""
 
@@ -19,7 +21,7 @@ _NEAR = 0.6  # of a period; clocks jitter by less
 _SAME = 0.01  # of a period
 
 
-def even_grid(times: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+def even_grid(times: Array, rate: float) -> Array:
     """Return the even times that span a take, (k,) [s].
 
     Args:
@@ -38,10 +40,14 @@ def even_grid(times: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
     return times[0] + np.arange(steps + 1) / rate
 
 
-def nearest_sample(
-    times: NDArray[np.float64], grid: NDArray[np.float64], rate: float
-) -> NDArray[np.intp]:
-    """Return the index of the sample nearest to each grid time, (k,), or ABSENT."""
+def nearest_sample(times: Array, grid: Array, rate: float) -> NDArray[np.intp]:
+    """Return the index of the sample nearest to each grid time, (k,), or ABSENT.
+
+    Args:
+        times: (n,) increasing [s].
+        grid: (k,) [s].
+        rate: of the grid [Hz].
+    """
     right = np.clip(np.searchsorted(times, grid), 1, max(len(times) - 1, 1))
     left = right - 1
     right = np.minimum(right, len(times) - 1)
@@ -51,20 +57,16 @@ def nearest_sample(
 
 
 def on_grid(
-    times: NDArray[np.float64],
-    values: NDArray[np.float64],
-    grid: NDArray[np.float64],
-    source: NDArray[np.intp],
-    longest_gap: float,
-) -> NDArray[np.float64]:
-    """Return values (k, d) at the grid times, NaN where the sample of that time is not known.
+    times: Array, values: Array, grid: Array, source: NDArray[np.intp], longest_gap: float
+) -> Array:
+    """Return values, (k, d) [as given], at the grid times, NaN where that sample is not known.
 
     Samples that lie on the grid are taken as they are. Where a clock jitters, a cubic spline
     through the known samples moves them; it never runs across more than `longest_gap` [s].
 
     Args:
         times: (n,) increasing [s].
-        values: (n, d) NaN where not known.
+        values: (n, d) NaN where not known [any unit].
         grid: (k,) [s].
         source: (k,) as `nearest_sample` gives it.
         longest_gap: [s].

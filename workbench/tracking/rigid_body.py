@@ -54,7 +54,7 @@ def learn_places(cloud: NDArray[np.float64]) -> NDArray[np.float64] | None:
 
 
 def marker_weights(places: NDArray[np.float64], cloud: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return each marker's weight (m,): 1, or less for one that spoils the fit of the others.
+    """Return each marker's weight, (m,) [1], less for one that spoils the fit of the others.
 
     Each marker is left out in turn: a loose one, or one off its place, spoils the fit of all.
 
@@ -117,7 +117,11 @@ def order_of_places(
 
 
 def sample_of(cloud: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return evenly spread samples (k, m, 3) of those that show three markers or all of them."""
+    """Return evenly spread samples, (k, m, 3) [m], of those with three markers or all of them.
+
+    Args:
+        cloud: (n, m, 3) [m], NaN where not seen.
+    """
     count = known(cloud).sum(axis=1)
     useful = np.flatnonzero(count >= min(3, cloud.shape[1]))
     spread = np.linspace(0, len(useful) - 1, min(_SAMPLES, len(useful)))

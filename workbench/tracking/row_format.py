@@ -13,7 +13,7 @@ from workbench.tracking.row_poses import with_own_poses
 from workbench.tracking.row_strict import read_strict
 from workbench.tracking.row_table import MODEL_WIDTH, BodyRows, RowTable, version_of
 from workbench.tracking.source import Source, shown, unique_name
-from workbench.tracking.take import BodyTake, Cloud, Missing, Take, known
+from workbench.tracking.take import BodyTake, Cloud, SampleStatus, Take, known
 
 __all__ = ["parse_row"]
 
@@ -95,10 +95,10 @@ def _body(rows: BodyRows, name: str, table: RowTable, source: Source) -> BodyTak
     measured = values[:, width * m : (width + 3) * m].reshape(n, m, 3)
     measured = without_zeros(measured, f"markers of {name!r}", table.indices, source.warn)
     solved = without_zeros(solved, f"model markers of {name!r}", table.indices, source.warn)
-    missing = np.full(n, Missing.BLANK, dtype=np.int8)
-    missing[frames] = np.where(rows.lost > 0, Missing.LOST, Missing.SEEN)
+    missing = np.full(n, SampleStatus.BLANK, dtype=np.int8)
+    missing[frames] = np.where(rows.lost > 0, SampleStatus.LOST, SampleStatus.SEEN)
     unknown = ~known(solved).all(axis=1) if m else np.ones(n, dtype=bool)
-    missing[unknown & (missing == Missing.SEEN)] = Missing.BLANK
+    missing[unknown & (missing == SampleStatus.SEEN)] = SampleStatus.BLANK
     return BodyTake(
         name=name,
         id=rows.id,
@@ -116,8 +116,8 @@ def _body(rows: BodyRows, name: str, table: RowTable, source: Source) -> BodyTak
 def _posed(rows: BodyRows, name: str, table: RowTable, source: Source) -> BodyTake:
     """Return a body of poses alone; a frame row lists the bodies that it tracks."""
     n = len(table.indices)
-    missing = np.where(rows.posed, Missing.SEEN, Missing.LOST).astype(np.int8)
-    missing[rows.posed & ~known(rows.poses)] = Missing.BLANK
+    missing = np.where(rows.posed, SampleStatus.SEEN, SampleStatus.LOST).astype(np.int8)
+    missing[rows.posed & ~known(rows.poses)] = SampleStatus.BLANK
     none = np.empty((n, 0, 3))
     return BodyTake(
         name=name,

@@ -54,9 +54,10 @@ class BodyRows:
         markers: m, how many it has.
         frames: (k,) the frame that each row belongs to, as an index into `RowTable.indices`.
         lost: (k,) frames since it was last tracked.
-        values: (k, w m + 5 m + 1) cells after the marker count, w = `MODEL_WIDTH`.
+        values: (k, w m + 5 m + 1) cells after the marker count, w = `MODEL_WIDTH` [unit of each
+            cell].
         posed: (n,) True where a frame lists its pose.
-        poses: (n, 7) x, y, z, qx, qy, qz, qw, NaN in other frames.
+        poses: (n, 7) x, y, z [m], qx, qy, qz, qw [1], NaN in other frames.
     """
 
     name: str
@@ -79,7 +80,7 @@ class RowTable:
         indices: (n,) of the frames.
         times: (n,) of the frames [s].
         bodies: in the order of their definitions.
-        points: (n, k, 3) the visible points of each frame, NaN where there is none.
+        points: (n, k, 3) the visible points of each frame, NaN where there is none [m].
         labels: (n, k) names of the points as indices into `vocabulary`.
         vocabulary: the different names.
     """

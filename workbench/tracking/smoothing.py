@@ -27,10 +27,10 @@ LEAST_SEEN = _ORDER + 1
 def smooth_stretch(
     values: NDArray[np.float64], seen: NDArray[np.bool_], cutoff: float, rate: float
 ) -> NDArray[np.float64]:
-    """Return the smooth curve through one stretch, (k, d), also where nothing was seen.
+    """Return the smooth curve through a stretch, (k, d) [as given], also where nothing was seen.
 
     Args:
-        values: (k, d) evenly sampled; ignored at samples not seen.
+        values: (k, d) evenly sampled; ignored at samples not seen [any unit].
         seen: (k,) at least `LEAST_SEEN` of them True.
         cutoff: frequency of gain one half [Hz], below half the rate.
         rate: [Hz].

@@ -130,7 +130,13 @@ class Source:
     def checked(
         self, values: NDArray[np.float64], lines: Sequence[int], what: str
     ) -> NDArray[np.float64]:
-        """Return values (n, ...) with infinities as NaN; refuse absurd magnitudes."""
+        """Return values, (n, ...) [as given], with infinities as NaN; refuse absurd magnitudes.
+
+        Args:
+            values: (n, ...) [any unit].
+            lines: of each of the n.
+            what: they are, for the message.
+        """
         values = np.where(np.isfinite(values), values, np.nan)
         absurd = np.abs(values) > LARGEST
         if absurd.any():

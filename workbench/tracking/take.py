@@ -15,14 +15,23 @@ from workbench.errors import InputError, did_you_mean
 from workbench.timeseries import TimeSeries
 from workbench.tracking.axes import Axes
 
-__all__ = ["BodyTake", "Cloud", "Missing", "Take", "any_finite", "known", "samples_of", "time_last"]
+__all__ = [
+    "BodyTake",
+    "Cloud",
+    "SampleStatus",
+    "Take",
+    "any_finite",
+    "known",
+    "samples_of",
+    "time_last",
+]
 
 _BLOCK = 4096  # samples
 _POSE = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
 
 
-class Missing(IntEnum):
-    """Why a sample of a body does not count as seen."""
+class SampleStatus(IntEnum):
+    """Whether a sample of a body counts as seen, and why not."""
 
     SEEN = 0
     BLANK = 1
@@ -53,7 +62,7 @@ class BodyTake:
         measured: (n, m, 3) markers as the cameras saw them [m], NaN where not seen.
         solved: (n, m, 3) markers as the fitted body places them [m].
         marker_names: m names; a slot is the same marker in `measured` and `solved`.
-        missing: (n,) values of `Missing`.
+        missing: (n,) values of `SampleStatus`.
         reported_error: (n,) the body's error by the export: [m] in Motive files, in an undocumented
             unit in row formats; None where the file gives none.
         marker_quality: (n, m) from 0 to 1 [1]; None where the file gives none.
@@ -75,9 +84,9 @@ class BodyTake:
     @property
     def seen(self) -> NDArray[np.bool_]:
         """(n,) True where the body was really seen."""
-        return self.missing == Missing.SEEN
+        return self.missing == SampleStatus.SEEN
 
-    def without(self, rows: NDArray[np.bool_], reason: Missing) -> BodyTake:
+    def without(self, rows: NDArray[np.bool_], reason: SampleStatus) -> BodyTake:
         """Return the body with its seen samples in some rows made missing.
 
         Args:
@@ -238,22 +247,34 @@ class Take:
 
 
 def known(points: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return (...,) True where all coordinates of points (..., k) are finite."""
+    """Return (...,) True where all coordinates of a point are finite.
+
+    Args:
+        points: (..., k) [any unit].
+    """
     # a sum is finite where all its parts are; reducing flags along a short axis is slow
     return np.isfinite(np.einsum("...k->...", points))
 
 
 def any_finite(values: NDArray[np.float64]) -> bool:
-    """Return whether any of some values (n, ...) is finite; stop at the first."""
+    """Return whether any value is finite; stop at the first.
+
+    Args:
+        values: (n, ...) [any unit].
+    """
     starts = range(0, len(values), _BLOCK)
     return any(bool(np.isfinite(values[at : at + _BLOCK]).any()) for at in starts)
 
 
 def samples_of(values: NDArray[np.float64], rows: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Return some samples (k, ...) of values (n, ...), with samples along the fast axis.
+    """Return some samples, (k, ...) [as given], with samples along the fast axis.
 
     A fifth of the time of `values[rows]`, and what follows along that axis is faster too. Nothing
     is copied where all samples are wanted.
+
+    Args:
+        values: (n, ...) [any unit].
+        rows: (k,) which of them.
     """
     if len(rows) == len(values) and (rows == np.arange(len(rows))).all():
         return values
@@ -261,9 +282,12 @@ def samples_of(values: NDArray[np.float64], rows: NDArray[np.intp]) -> NDArray[n
 
 
 def time_last(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return values (n, ...) as (..., n) in one piece of memory, for compiled loops over samples.
+    """Return (..., n) [as given] in one piece of memory, for compiled loops over samples.
 
     Nothing is copied where samples run along the fast axis already, as they do behind a reader.
+
+    Args:
+        values: (n, ...) [any unit].
     """
     return np.ascontiguousarray(np.moveaxis(values, 0, -1))
 

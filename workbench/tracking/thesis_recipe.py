@@ -31,7 +31,7 @@ from workbench.timeseries import TimeSeries
 from workbench.tracking.bodies import RawPoints
 from workbench.tracking.body_names import FOOT_TOP_M, TOP_ROTOR_M
 from workbench.tracking.recipe import BodyReport, Cleaned, CleaningReport, advancing
-from workbench.tracking.take import Missing, known
+from workbench.tracking.take import SampleStatus, known
 
 __all__ = ["thesis"]
 
@@ -85,10 +85,10 @@ def _reasons(
     raw_missing: dict[str, NDArray[np.int8]] = {}
     for role, body in points.bodies.items():
         reasons = body.missing.copy()
-        reasons[:-1][far[role]] = Missing.GLITCH
+        reasons[:-1][far[role]] = SampleStatus.GLITCH
         raw_missing[role] = reasons[keep]
-        held = reasons[:-1] != Missing.SEEN
-        missing[role] = np.where(held, Missing.FILLED, Missing.SEEN).astype(np.int8)
+        held = reasons[:-1] != SampleStatus.SEEN
+        missing[role] = np.where(held, SampleStatus.FILLED, SampleStatus.SEEN).astype(np.int8)
     return missing, raw_missing
 
 

@@ -33,7 +33,7 @@ from workbench.tracking.floor import Floor, fit_floor
 from workbench.tracking.plausibility import implausible
 from workbench.tracking.recipe import Cleaned, advancing
 from workbench.tracking.rotor import RotorAngle, unwrapped
-from workbench.tracking.take import Missing, Take, samples_of
+from workbench.tracking.take import SampleStatus, Take, samples_of
 
 __all__ = ["Track", "make_track"]
 
@@ -55,8 +55,8 @@ class Track:
         raw: the same channels, origin and time zero on the take's own samples: no filter, nothing
             filled. NaN where not seen; rejected samples keep their value and are not valid.
             Its rotor speed is the local parabola of `motion`'s, through the raw angle.
-        missing: role, foot, top or rotor -> (n,) values of `Missing` for each sample of `motion`:
-            why it was not seen, FILLED where it has a value all the same.
+        missing: role, foot, top or rotor -> (n,) values of `SampleStatus` for each sample of
+            `motion`: why it was not seen, FILLED where it has a value all the same.
         raw_missing: the same, (m,) for each sample of `raw`, GLITCH where cleaning rejected it.
         floor: the plane that the foot stood on, None where unknown. It is never subtracted.
         start_angle_rad: the rotor's angle at rest [rad].
@@ -272,7 +272,7 @@ def _raw(
     for names, role in ((FOOT, "foot"), (TOP, "top"), (ROTOR, "rotor")):
         path = samples_of(points.bodies[role].position, keep) - base
         columns |= dict(zip(names, path.T, strict=True))
-        valid |= dict.fromkeys(names, cleaned.raw_missing[role] == Missing.SEEN)
+        valid |= dict.fromkeys(names, cleaned.raw_missing[role] == SampleStatus.SEEN)
     if points.foot.pitch is not None and PITCH in cleaned.columns:
         columns[PITCH], valid[PITCH] = points.foot.pitch[keep], valid[FOOT[0]]
     series = TimeSeries.of(points.times[keep], columns, valid)

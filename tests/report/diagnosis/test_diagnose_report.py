@@ -17,7 +17,7 @@ from tests.diagnose.test_missing import DECAY, DRAG, hypothesis
 from tests.fit.filmed import ROBOT, measured, twin_motion
 from workbench.diagnose import DRIVE, Diagnosis, Errors, Kind, Part, write_answer
 from workbench.diagnose.decide import Scored, Versus
-from workbench.diagnose.findings import Alternative, Cause, Found, Refit
+from workbench.diagnose.findings import Alternative, Cause, EstimatedQuantity, Refit
 from workbench.diagnose.fits import Hypothesis
 from workbench.diagnose.rules import RULES
 from workbench.diagnose.screening import Promise
@@ -48,7 +48,7 @@ def scored(*names: str) -> Scored:
 
 
 def cause(name: str, key: str, unit: str, value: float) -> Cause:
-    found = Found(value, 0.9 * value, 1.1 * value, unit, 0.06 * value)
+    found = EstimatedQuantity(value, 0.9 * value, 1.1 * value, unit, 0.06 * value)
     return Cause(name, {key: found}, f"{name} of {found}")
 
 

@@ -348,7 +348,12 @@ class Hopper:
         return np.asarray(turn - turn[0])
 
     def angle_against_top(self, run: int, qpos: Array) -> Array | None:
-        """Return a rotor's angle against T, (n,) [rad]; arguments as for `turn_of_top`."""
+        """Return a rotor's angle against T, (n,) [rad]; None where none is driven.
+
+        Args:
+            run: its number.
+            qpos: (n, nq) states [m, rad].
+        """
         one = self.runs[run]
         if not one.driven:
             return None

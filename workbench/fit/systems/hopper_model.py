@@ -47,7 +47,7 @@ def free_parameters(model: ModelFile, names: Sequence[str]) -> tuple[Parameter, 
 
 
 def jacobian(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> Array:
-    """Return the derivative of a body's place by the degrees of freedom, (3, nv)."""
+    """Return the derivative of a body's place by the degrees of freedom, (3, nv) [m/m, m/rad]."""
     found = np.empty((3, model.nv))
     mujoco.mj_jac(model, data, found, None, data.xpos[body], body)
     return found

@@ -27,7 +27,16 @@ a sample; that of a pulled T to the 25 ms in which 0.15 N move it out of 0.3 mm 
 
 @dataclass(frozen=True, eq=False)
 class SeenRun:
-    """One run as it is observed."""
+    """One run as it is observed.
+
+    Args:
+        channels: names of the c channels.
+        first: sample of the run's motion that is the first observed.
+        seen: (n, c) from there on, NaN where not seen [unit of the channel].
+        sigma: (c,) standard deviation of the noise [unit of the channel].
+        memory: (c,) correlation of the noise with that of the sample before [1].
+        rest: (c,) median before time zero [unit of the channel].
+    """
 
     channels: tuple[str, ...]
     first: int

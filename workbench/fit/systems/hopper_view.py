@@ -44,7 +44,7 @@ class View:
 
     @property
     def matrix(self) -> Array:
-        """Return S, (2, 2), of places forward and up."""
+        """Return S, (2, 2) [1], of places forward and up."""
         c, s = np.cos(self.tilt), np.sin(self.tilt)
         return (1 + self.share) * np.array([[c, s], [-s, c]])
 
@@ -54,10 +54,10 @@ class View:
         return np.array([self.forward, 0.0, self.up])
 
     def true_angle(self, seen: Array, radius: float) -> Array:
-        """Return a rotor's angle about T from the one seen about the point taken for it, (n,).
+        """Return a rotor's angle about T, (n,) [rad], from that about the point taken for it.
 
         Args:
-            seen: angle against T, about +y from +x [rad].
+            seen: (n,) angle against T, about +y from +x [rad].
             radius: of the rotor's arm [m].
         """
         angle = seen - self.tilt

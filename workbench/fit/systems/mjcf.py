@@ -226,7 +226,11 @@ class MjcfSystem:
         )
 
     def refined(self, qpos: Sequence[Array]) -> MjcfSystem:
-        """Return the system itself: its inputs are measured."""
+        """Return the system itself: its inputs are measured.
+
+        Args:
+            qpos: (n, nq) of each run, not used [m, rad].
+        """
         return self
 
     def start(self, run: int, values: Mapping[Parameter, float], coarse: bool) -> Start:

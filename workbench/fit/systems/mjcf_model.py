@@ -73,7 +73,7 @@ def require_hinges_and_slides(model: mujoco.MjModel) -> None:
 
 
 def linearised(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array, Array]:
-    """Return mass, stiffness and damping about a state, (nv, nv) each.
+    """Return mass, stiffness and damping about a state, (nv, nv) each [SI].
 
     Central differences of qacc: M q'' + D q' + K q = 0 for small changes q. Dry friction, contacts
     and limits are left out; they have no derivative.

@@ -163,16 +163,16 @@ class MjcfRun:
 def held_control(
     stamps: Array, values: Array, hold: Hold, edges: Array, delay: float = 0.0, lag: float = 0.0
 ) -> Array:
-    """Return the constants from edge to edge that act like a delayed, lagged input, (n - 1,).
+    """Return the constants, (n - 1,) [unit of the input], that act like a delayed, lagged input.
 
-    It is the mean m of the delayed, lagged input over that time. Held, a sine of angular frequency
-    w would act with 1 - (w T)^2 / 12 of its amplitude; so what is smooth, lines and what a lag made
-    smooth, gives m less a twelfth of m's second difference, which keeps the momentum. The lag is
-    first order, f' = (u - f) / lag, from the first stamp on.
+    Each is the mean m of the delayed, lagged input from edge to edge. Held, a sine of angular
+    frequency w would act with 1 - (w T)^2 / 12 of its amplitude; so what is smooth, lines and what
+    a lag made smooth, gives m less a twelfth of m's second difference, which keeps the momentum.
+    The lag is first order, f' = (u - f) / lag, from the first stamp on.
 
     Args:
         stamps: (m,) [s], increasing.
-        values: (m,).
+        values: (m,) [unit of the input].
         hold: between the stamps.
         edges: (n,) evenly spaced [s].
         delay: [s].
@@ -221,7 +221,7 @@ def common_sample(runs: Sequence[MjcfRun]) -> float:
 
 
 def channel_noise(channels: Sequence[Channel], runs: Sequence[MjcfRun]) -> Array:
-    """Return each channel's stated noise, or the median of what the runs show, (c,).
+    """Return the stated noise, or the median of what the runs show, (c,) [unit of the channel].
 
     Raises:
         InputError: for a channel whose noise is neither stated nor found.

@@ -16,8 +16,12 @@ What does not: drivers, and the order of operations around an output; both are t
 To add a call: one row in `service.CALLS`, one method of `GuardedSupply`, one test.
 """
 
+from typing import TYPE_CHECKING
+
 from workbench.hw.guardian.client import GuardedSupply, open_guarded
 from workbench.hw.guardian.lease import LeaseClock
 from workbench.hw.guardian.messages import KEEP_TRYING_S, NO_RECORDS, Records
+from workbench.room_exports import exports
 
-__all__ = ["KEEP_TRYING_S", "NO_RECORDS", "GuardedSupply", "LeaseClock", "Records", "open_guarded"]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

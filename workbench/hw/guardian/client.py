@@ -5,7 +5,6 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 from decimal import Decimal
-from types import TracebackType
 from typing import Any
 
 from workbench.errors import HardwareError, SafetyStop, WorkbenchError
@@ -174,12 +173,7 @@ class GuardedSupply(Supply):
         self._lease.rest()
         self._guardian.end(owned=self._owned)
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         """Switch off and close; a safety stop latches. Raises as `Supply.__exit__`.
 
         A supply that was only looked at, or that another program drives, stays as it is.

@@ -6,6 +6,8 @@ anything that a driver uses. To add a supply: one file with a class below `Simul
 `SimulatedText`, and its entry in `families.DEVICES`.
 """
 
+from typing import TYPE_CHECKING
+
 from workbench.hw.simulated.device import Load, SimulatedSupply
 from workbench.hw.simulated.dps import SimulatedDps
 from workbench.hw.simulated.families import DEVICES, simulated_supply
@@ -16,19 +18,7 @@ from workbench.hw.simulated.motor import draw_current
 from workbench.hw.simulated.riden import SimulatedRiden
 from workbench.hw.simulated.scpi import SimulatedScpi
 from workbench.hw.simulated.serving import serve, serve_terminal
+from workbench.room_exports import exports
 
-__all__ = [
-    "DEVICES",
-    "Load",
-    "SimulatedDps",
-    "SimulatedFault",
-    "SimulatedHanmatek",
-    "SimulatedKorad",
-    "SimulatedRiden",
-    "SimulatedScpi",
-    "SimulatedSupply",
-    "draw_current",
-    "serve",
-    "serve_terminal",
-    "simulated_supply",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -90,7 +90,7 @@ class FinishedSearch(NamedTuple):
 
     @property
     def best(self) -> NDArray[np.float64]:
-        """The best candidate."""
+        """The best candidate, (d,) [unit of each variable]."""
         return self.history.best.candidate
 
     @property

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose import Dependence, Errors, Missing, digits
+from workbench.diagnose import Dependence, Errors, MissingForceAnalysis, digits
 from workbench.report import palette
 from workbench.report.drawing import drawn, legend
 from workbench.report.evidence_plots import draw_errors
@@ -58,7 +58,7 @@ class Bar:
         return self.fitted if self.fitted is not None else self.estimated or 0.0
 
 
-def force_figure(missing: Missing) -> Figure:
+def force_figure(missing: MissingForceAnalysis) -> Figure:
     """Draw the missing force at T against time in the run that misses most.
 
     The band is twice what the cameras' noise alone makes, to either side.
@@ -82,7 +82,7 @@ def force_figure(missing: Missing) -> Figure:
     return drawn(draw, 3.6)
 
 
-def coordinate_figure(missing: Missing) -> Figure:
+def coordinate_figure(missing: MissingForceAnalysis) -> Figure:
     """Draw the missing force of all runs against the coordinate that explains most.
 
     Dots are samples, each run in its colour; the line is the median over pieces of the coordinate.

@@ -7,7 +7,11 @@ shown comes from a `Comparison` alone: nothing is simulated. To show another thi
 its geoms in `stage.py`; another file format is a function in `files.py`.
 """
 
+from typing import TYPE_CHECKING
+
 from workbench.report.film.files import write_frames, write_video
 from workbench.report.film.frames import Film, film
+from workbench.room_exports import exports
 
-__all__ = ["Film", "film", "write_frames", "write_video"]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -52,7 +52,12 @@ class Caption:
         ]  # fmt: skip
 
     def on(self, picture: NDArray[np.uint8], time: float) -> NDArray[np.uint8]:
-        """Return the picture with its caption for a time [s]."""
+        """Return the picture, (height, width, 3), with its caption for a time.
+
+        Args:
+            picture: (height, width, 3) RGB.
+            time: that is shown [s].
+        """
         image = Image.fromarray(picture)
         for color, position, letters in self._words(image.width, image.height):
             image.paste(color, position, letters)

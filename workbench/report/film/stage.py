@@ -29,6 +29,8 @@ from workbench.timeseries import TimeSeries
 
 __all__ = ["FilmStage", "PixelWindow", "Shot"]
 
+Array = NDArray[np.float64]
+
 _FOOT_THICKNESS_M = 0.008
 _BEAM_M, _ARM_M, _ARROW_M, _LINK_M = 0.004, 0.003, 0.004, 0.0015
 _TOP_M, _ROTOR_M = 0.011, 0.012
@@ -87,14 +89,12 @@ class FilmStage:
 
     Args:
         comparison: the run.
-        times: the instants that can be shown [s], increasing.
+        times: (n,) the instants that can be shown [s], increasing.
         width: of the picture [px].
         height: of the picture [px].
     """
 
-    def __init__(
-        self, comparison: Comparison, times: NDArray[np.float64], width: int, height: int
-    ) -> None:
+    def __init__(self, comparison: Comparison, times: Array, width: int, height: int) -> None:
         """Build floor and light, and aim the camera."""
         self._figure = comparison.figure
         self._real, self._twin = comparison.real.at(times), comparison.twin.at(times)
@@ -109,7 +109,7 @@ class FilmStage:
                 light=(start + end) / 2, slant=_SLANT, shadow=(end - start) / 2 + 2 * _AHEAD_M,
             )
         )  # fmt: skip
-        self._edges: list[tuple[NDArray[np.float64], float]] = []  # points and room around them
+        self._edges: list[tuple[Array, float]] = []  # points and room around them
         self._data = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self._data)
         self._scene = mujoco.MjvScene(self.model, maxgeom=_MOST_GEOMS)
@@ -219,11 +219,7 @@ class FilmStage:
         self._line(top, rotor, _ARM_M, ink)
 
     def _add_foot(
-        self,
-        position: NDArray[np.float64],
-        pitch: float,
-        half: Sequence[float],
-        ink: NDArray[np.float32],
+        self, position: Array, pitch: float, half: Sequence[float], ink: NDArray[np.float32]
     ) -> None:
         if np.isfinite(position).all():
             c, s = np.cos(pitch), np.sin(pitch)
@@ -233,12 +229,7 @@ class FilmStage:
             self._edges += [(position + corner, 0.0) for corner in corners]
 
     def _line(
-        self,
-        begin: NDArray[np.float64],
-        end: NDArray[np.float64],
-        radius: float,
-        ink: NDArray[np.float32],
-        arrow: bool = False,
+        self, begin: Array, end: Array, radius: float, ink: NDArray[np.float32], arrow: bool = False
     ) -> None:
         if not np.isfinite([*begin, *end]).all():
             return

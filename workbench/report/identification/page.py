@@ -111,9 +111,9 @@ def write_identification(
         provenance: rows of what the fit was made from: bundles, hashes, versions.
     """
     sections = [
-        ("Warnings", _warnings(identification)),
+        ("Warnings", warning_list(identification.warnings)),
         ("Parameters", _parameters(identification)),
-        ("Not determined", _open(identification)),
+        ("Not determined", warning_list(identification.not_determined)),
         ("Validation", _validation(validation)),
         ("Misfit of each run", _misfits(identification)),
         ("Measured and simulated", _pairs(identification)),
@@ -152,14 +152,6 @@ def _within(value: float, low: float, high: float) -> tuple[str, str]:
     sure = wide / 4, abs(value) / 10 or wide / 4  # two digits of the value at least
     digits = max(0, *(-int(np.floor(np.log10(size))) for size in sure))
     return f"{value:.{digits}f}", f"{low:.{digits}f} to {high:.{digits}f}"
-
-
-def _warnings(found: Identification) -> Markup:
-    return warning_list(found.warnings)
-
-
-def _open(found: Identification) -> Markup:
-    return warning_list(found.not_determined)
 
 
 def _misfits(found: Identification) -> Markup:

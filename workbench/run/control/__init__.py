@@ -14,21 +14,12 @@ wait: it publishes what it is doing and goes on.
 To show one more thing: one field of `server.PublishedState`, one method that changes it.
 """
 
+from typing import TYPE_CHECKING
+
+from workbench.room_exports import exports
 from workbench.run.control.client import answer, pause, press_stop, watch
 from workbench.run.control.server import ControlServer, PendingPrompt, Reply, open_control_server
 from workbench.run.control.session import SessionFile, claim, holder, session_files
 
-__all__ = [
-    "ControlServer",
-    "PendingPrompt",
-    "Reply",
-    "SessionFile",
-    "answer",
-    "claim",
-    "holder",
-    "open_control_server",
-    "pause",
-    "press_stop",
-    "session_files",
-    "watch",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

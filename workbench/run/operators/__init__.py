@@ -9,9 +9,13 @@ Nothing is printed here: whoever makes an operator hands in where its words are 
 a file with a class that keeps the contract, and a line in `operator_of`.
 """
 
+from typing import TYPE_CHECKING
+
+from workbench.room_exports import exports
 from workbench.run.operators.choosing import operator_of
 from workbench.run.operators.keyboard import Keyboard
 from workbench.run.operators.quiet import QuietOperator
 from workbench.run.operators.terminal import Show, TerminalOperator
 
-__all__ = ["Keyboard", "QuietOperator", "Show", "TerminalOperator", "operator_of"]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

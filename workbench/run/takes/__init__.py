@@ -9,19 +9,14 @@ who answer (`operators`).
 To add a check: one function in `belonging.py` that returns a reason, and one test.
 """
 
+from typing import TYPE_CHECKING
+
+from workbench.room_exports import exports
 from workbench.run.takes.belonging import CameraTime, TakeVerdict, judge
 from workbench.run.takes.collect import Collector
 from workbench.run.takes.folder import TakeFolder
 from workbench.run.takes.operator import AnsweredAt, Operator
 from workbench.run.takes.stream import write_stream
 
-__all__ = [
-    "AnsweredAt",
-    "CameraTime",
-    "Collector",
-    "Operator",
-    "TakeFolder",
-    "TakeVerdict",
-    "judge",
-    "write_stream",
-]
+if not TYPE_CHECKING:  # a type checker reads the imports
+    __getattr__, __dir__, __all__ = exports(__name__)

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.motor_speed import motor_speed_fft, motor_speed_thesis
 from workbench.errors import InputError
-from workbench.tracking import motor_speed_fft, motor_speed_thesis
 
 RATE = 120.0
 
