@@ -71,9 +71,10 @@ def page(told: Told) -> str:
         "# The bank of hidden-effect cases",
         "",
         f"Written by `make bank SEED=n`, seeds {seeds}: {told.drawn} cases drawn, "
-        f"{len(told.judged)} judged{_by(told.engines)}{_reduced(told.judged)}. What a case is and how it is scored: "
-        "[the bank's own page](../decisions/0010-bank.md). Intervals are Wilson's at 90 %. Seconds "
-        "are by the clock, with as many cases answered at once as there are cores. What limits it: "
+        f"{len(told.judged)} judged{_by(told.engines)}{_reduced(told.judged)}. "
+        "What a case is and how it is scored: [the bank's own page](../decisions/0010-bank.md). "
+        "Intervals are Wilson's at 90 %. Seconds are by the clock, with as many cases answered at "
+        "once as there are cores. What limits it: "
         "[where the diagnosis ends](../explanation/diagnosis.md#where-it-ends).",
         "",
     ]
