@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 __all__ = ["Surrogate", "learn_scales"]
 
 _MOST_TO_LEARN_FROM = 240  # candidates, the best ones: the effort grows with their cube
-_LENGTHS = (0.3, 30.0)  # of the descriptors' spread
+_LENGTHS = (1.0, 30.0)  # of the descriptors' spread; shorter ones follow single hops, not slopes
 _VARIANCE = (1e-2, 1e2)  # of the scores' own
 _NOISE = (1e-5, 0.5)  # of the scores' variance
 _JITTER = 1e-9
@@ -39,7 +39,8 @@ def learn_scales(
     best = np.argsort(-scores, kind="stable")[:_MOST_TO_LEARN_FROM]
     kernel = _kernel(described.shape[1])
     begins = [kernel, *([kernel.clone_with_theta(np.array(begin))] if len(begin) else [])]
-    with _one_thread(), warnings.catch_warnings():  # a scale at its bound is an answer: it does not matter
+    with _one_thread(), warnings.catch_warnings():
+        # a scale at its bound is an answer: it does not matter
         warnings.simplefilter("ignore", ConvergenceWarning)
         found = [_process(one).fit(described[best], scores[best]) for one in begins]
     likeliest = max(found, key=lambda process: process.log_marginal_likelihood_value_)
