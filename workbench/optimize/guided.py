@@ -6,10 +6,10 @@ generation is chosen where mean plus some standard deviations are greatest (uppe
 Srinivas et al., ICML 2010), one candidate after the other, each as if those before it had come out
 as predicted (Desautels et al., JMLR 15, 2014).
 
-Good candidates may be of several kinds. A third of each generation goes on around the best; for
-each of the others a niche is drawn first, by its best so far and how seldom it was tried (UCB1:
-Auer, Cesa-Bianchi and Fischer, Machine Learning 47, 2002). So no search is caught by the first good
-kind that it meets.
+Good candidates may be of several kinds. So most of a generation goes on around candidates that are
+drawn by their score and by how few others are near (UCB1: Auer, Cesa-Bianchi and Fischer, Machine
+Learning 47, 2002): a summit that was searched well gives way to slopes that were not climbed yet.
+The others may be from anywhere.
 """
 
 from __future__ import annotations
@@ -31,12 +31,14 @@ Points = NDArray[np.float64]
 
 _TRIES = 400  # for one candidate that is possible
 _NEAR_FARTHEST = 4  # the first candidates are farther from those known than all but a part of 1 / 4
-_PARENTS, _NEWCOMERS = 12, 6  # of an island: the best of its niche, and points that nobody tried
+_PARENTS = 12  # of an island: the best near its centre, or points from anywhere
+_NEAR = 1.0  # of the descriptors' spread: how far an island reaches from its centre
+_ANYWHERE = (1.0, 2.0)  # boldness of the islands, and picks, that may be from anywhere
 _ROUNDS, _CHILDREN, _KEPT = 7, 30, 8  # of an island
 _BOLDNESS = (0.0, 0.5, 1.0, 2.0)  # standard deviations above the mean, islands and picks in turn
-_BETWEEN = (0.5, 1.0)  # where less than three candidates of a niche are asked for
+_BETWEEN = (0.5, 1.0)  # where less than three candidates near a centre are asked for
 _LEARNT_AT = (1, 2, 4, 8, 16, 24, 32)  # generation of learning; after that each 16th
-_CLOSED = 1e6  # taken from the promise of what lies in another niche
+_CLOSED = 1e6  # taken from the promise of what is far from its centre
 _NEVER = 1e-3  # of the mean variance, as noise of a pick that is taken as it is predicted
 
 
@@ -45,17 +47,17 @@ class GuidedOptions:
     """Options of the search.
 
     Args:
-        population_size: candidates a generation; a third of them stay around the best.
+        population_size: candidates a generation.
         first: generations that are drawn before anything is learnt.
-        niches: kinds of candidates that are distinguished.
-        curiosity: how much a niche that was seldom tried is liked, in units of what the best is
-            above the first candidates' median.
+        niches: kinds of candidates that the first are drawn from.
+        curiosity: how much a candidate with few others near it is liked, in units of what the best
+            is above the first candidates' median.
     """
 
     population_size: int = 12
     first: int = 3
     niches: int = 8
-    curiosity: float = 2.0
+    curiosity: float = 0.5
 
     def __post_init__(self) -> None:
         """Refuse options that leave no search."""
@@ -67,7 +69,7 @@ class GuidedOptions:
 
 
 class Guided(Algorithm):
-    """Bayesian optimisation over descriptors, in all niches at once.
+    """Bayesian optimisation over descriptors, around several good candidates at once.
 
     Args:
         space: what is searched; its start is the first candidate.
@@ -114,8 +116,8 @@ class Guided(Algorithm):
         if self._is_time_to_learn():
             self._scales = learn_scales(self._described, self._scores(), self._scales)
         surrogate = Surrogate(self._described, self._scores(), self._scales)
-        niches = self._drawn_niches()
-        return self._picked(surrogate, self._islands(surrogate, niches), niches)
+        centres = self._drawn_centres()
+        return self._picked(surrogate, self._islands(surrogate, centres), centres)
 
     def tell(self, candidates: Points, fitness: NDArray[np.float64]) -> None:
         """Learn from a generation."""
@@ -152,9 +154,7 @@ class Guided(Algorithm):
         """Made at first use, by a generator of its own: a search that goes on has the same."""
         if self._made is None:
             rng = np.random.default_rng([self.seed, 1])
-            self._made = Niches(
-                self.space, self._describe, self._possible, self._likely, self._chosen.niches, rng
-            )
+            self._made = Niches(self.space, self._describe, self._likely, self._chosen.niches, rng)
         return self._made
 
     @property
@@ -170,13 +170,12 @@ class Guided(Algorithm):
         return since in _LEARNT_AT or (since > _LEARNT_AT[-1] and since % 16 == 0)
 
     def _scores(self) -> NDArray[np.float64]:
-        """Return what was told, more is better, (n,); a failure is as bad as the best is good.
+        """Return what was told, more is better, (n,), at least the first candidates' median.
 
-        Seen from the median of the first candidates: of penalties far below all else the process
-        would learn nothing but them.
+        It is asked where good candidates are, not how bad the others are: of failures and of hops
+        backward the process would learn little else.
         """
-        middle = float(np.median(self._fitness[: self._first_count]))
-        return -np.minimum(self._fitness, 2 * middle - self._fitness.min())
+        return -np.minimum(self._fitness, float(np.median(self._fitness[: self._first_count])))
 
     def _space_filling(self) -> Points:
         """Return candidates of one niche after the other, far from those before, (n, d)."""
@@ -186,37 +185,31 @@ class Guided(Algorithm):
         for turn in range(before + len(points), before + self._chosen.population_size):
             rows = niches.members(turn % len(niches))
             apart = _distances(niches.described[rows], known).min(axis=1)
-            row = rows[np.argsort(-apart, kind="stable")[len(rows) // _NEAR_FARTHEST]]
+            order = rows[np.argsort(-apart, kind="stable")[len(rows) // _NEAR_FARTHEST :]]
+            row = next((k for k in order if self._possible(niches.points[k])), 0)
             points.append(niches.points[row])
             known = np.vstack([known, niches.described[row]])
         return np.array(points)
 
-    def _drawn_niches(self) -> list[int]:
-        """Return the niches of the candidates that do not stay around the best."""
-        scores, count = self._scores(), len(self._niches)
-        niche_of = self._niches.of(self._described)
-        best = np.array([scores[niche_of == k].max(initial=scores.min()) for k in range(count)])
-        tried = np.bincount(niche_of, minlength=count)
-        scale = scores.max() - float(np.median(scores[: self._first_count])) or 1.0
+    def _drawn_centres(self) -> list[int]:
+        """Return the rows of the candidates around which a generation goes on."""
+        scores, apart = self._scores(), _distances(self._described, self._described)
+        scaled = scores / (np.ptp(scores) or 1.0)
+        tried = np.count_nonzero(apart < _NEAR, axis=1)
         drawn: list[int] = []
-        for _ in range(self._chosen.population_size - self._around_best):
-            seldom = np.sqrt(np.log(tried.sum()) / (tried + 1))
-            drawn.append(int(np.argmax(best / scale + self._chosen.curiosity * seldom)))
-            tried[drawn[-1]] += 1
+        for _ in range(self._chosen.population_size - len(_ANYWHERE)):
+            seldom = np.sqrt(np.log(len(scores)) / tried)
+            drawn.append(int(np.argmax(scaled + self._chosen.curiosity * seldom)))
+            tried[apart[drawn[-1]] < _NEAR] += 1
         return drawn
 
-    @property
-    def _around_best(self) -> int:
-        """How many of a generation stay around the best of all."""
-        return self._chosen.population_size // 3
-
     def _islands(self, surrogate: Surrogate, drawn: list[int]) -> Points:
-        """Return what promises most around the best and in each niche drawn, (n, d)."""
-        islands: list[tuple[int | None, float]] = [(None, bold) for bold in _BOLDNESS]
-        for niche in sorted(set(drawn)):
-            several = drawn.count(niche) > 2
-            islands += [(niche, bold) for bold in (_BOLDNESS if several else _BETWEEN)]
-        kept = [self._parents(niche) for niche, _ in islands]
+        """Return what promises most anywhere and around each centre drawn, (n, d)."""
+        islands: list[tuple[int | None, float]] = [(None, bold) for bold in _ANYWHERE]
+        for centre in sorted(set(drawn)):
+            several = drawn.count(centre) > 2
+            islands += [(centre, bold) for bold in (_BOLDNESS if several else _BETWEEN)]
+        kept = [self._parents(centre) for centre, _ in islands]
         for _ in range(_ROUNDS):
             families = [np.vstack([parents, self._varied(parents)]) for parents in kept]
             promises = self._promises(surrogate, families, islands)
@@ -229,14 +222,13 @@ class Guided(Algorithm):
     def _varied(self, parents: Points) -> Points:
         return varied(self.space, self.generator, parents, _CHILDREN)
 
-    def _parents(self, niche: int | None) -> Points:
+    def _parents(self, centre: int | None) -> Points:
+        if centre is None:
+            count = len(self._niches.points)
+            return self._niches.points[self.generator.integers(count, size=_PARENTS)]
         ranked = np.argsort(-self._scores(), kind="stable")
-        if niche is None:
-            return self._candidates[ranked[:_PARENTS]]
-        inside = ranked[self._niches.of(self._described[ranked]) == niche]
-        members = self._niches.members(niche)
-        new = members[self.generator.integers(len(members), size=_NEWCOMERS)]
-        return np.vstack([self._candidates[inside[:_PARENTS]], self._niches.points[new]])
+        near = _distances(self._described[ranked], self._described[centre, None])[:, 0] < _NEAR
+        return self._candidates[ranked[near][:_PARENTS]]
 
     def _promises(
         self, surrogate: Surrogate, families: list[Points], islands: list[tuple[int | None, float]]
@@ -249,10 +241,16 @@ class Guided(Algorithm):
         ends = np.cumsum([len(family) for family in families])
         island = np.searchsorted(ends, np.arange(len(described)), side="right")
         promise = mean + np.array([bold for _, bold in islands])[island] * deviation
-        home = np.array([-1 if niche is None else niche for niche, _ in islands])[island]
-        promise[(home >= 0) & (self._niches.of(described) != home)] -= _CLOSED
+        for k, (centre, _) in enumerate(islands):
+            own = np.flatnonzero(island == k)
+            promise[own] -= _CLOSED * self._is_far(described[own], centre)
         promise[~usable] = -np.inf
         return np.split(promise, ends[:-1])
+
+    def _is_far(self, described: Points, centre: int | None) -> NDArray[np.bool_]:
+        if centre is None:
+            return np.zeros(len(described), dtype=bool)
+        return _distances(described, self._described[centre, None])[:, 0] > _NEAR
 
     def _picked(self, surrogate: Surrogate, pool: Points, drawn: list[int]) -> Points:
         """Return a generation: each pick the most promising one, given the picks before it."""
@@ -260,15 +258,16 @@ class Guided(Algorithm):
         usable = np.isfinite(described).all(axis=1)
         pool, described = pool[usable], described[usable]
         mean, covariance = surrogate.together(described)
-        niche_of = self._niches.of(described)
         noise = _NEVER * float(np.trace(covariance)) / len(pool)
         untried = np.ones(len(pool), dtype=bool)
         picks: list[Points] = []
-        for k, niche in enumerate([None] * self._around_best + drawn):
+        wanted: list[tuple[int | None, float]] = [
+            (centre, _BOLDNESS[k % len(_BOLDNESS)]) for k, centre in enumerate(drawn)
+        ]
+        wanted += [(None, bold) for bold in _ANYWHERE]
+        for centre, bold in wanted[: self._chosen.population_size]:
             deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-            promise = mean + _BOLDNESS[k % len(_BOLDNESS)] * deviation
-            if niche is not None:
-                promise = promise - _CLOSED * (niche_of != niche)
+            promise = mean + bold * deviation - _CLOSED * self._is_far(described, centre)
             row = self._best_possible(pool, promise, untried)
             if row is None:
                 break

@@ -40,8 +40,7 @@ class Niches:
     Args:
         space: what is searched.
         describe: what distinguishes candidates.
-        possible: what is left out.
-        likely: what is kept of the others, where there is any.
+        likely: what is kept, where there is any.
         count: niches at most.
         generator: of all that is random.
 
@@ -54,15 +53,12 @@ class Niches:
         self,
         space: Space,
         describe: Describe,
-        possible: Possible,
         likely: Likely,
         count: int,
         generator: np.random.Generator,
     ) -> None:
         self._describe = describe
-        found = _all_over(space, describe, likely, generator)
-        found = found[[bool(possible(point)) for point in found]]
-        self.points = np.vstack([space.start, found])
+        self.points = np.vstack([space.start, _all_over(space, describe, likely, generator)])
         described = describe(self.points)
         known = np.nan_to_num(described)  # the start alone may be without what describes it
         deviation = known.std(axis=0)
