@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 DRIVE = ("speed_scale", "speed_offset", "speed_drift", "motor_droop", "speed_ripple")
 """Candidates that the rotor's angle judges."""
 
-_OWN = {"start": 10.0, "delay": 0.01, "lag": 0.05, "gain": 1e-3}
+_RUN_PRIORS = {"start": 10.0, "delay": 0.01, "lag": 0.05, "gain": 1e-3}
 """What a run keeps to itself -> how far it may be off [rad, s, s, 1]."""
 _FIRST_S = 0.1  # of a run, that shows where it starts
 _SMOOTH_S = 0.15  # over which T's acceleration is taken
@@ -176,7 +176,7 @@ def drive_fits(system: Hopper, turns: Sequence[Array], arm: Arm) -> DriveFits:
         [*tolerances, *_OFFSETS],
         [k for k, run in enumerate(system.runs) if run.driven],
     )
-    scale = {**tolerances, **wide, **_OWN}
+    scale = {**tolerances, **wide, **_RUN_PRIORS}
     edges, ends, angles, residuals = [0], [0], [], []
     columns: list[dict[str, Array]] = []
     for k in driven:
@@ -185,13 +185,13 @@ def drive_fits(system: Hopper, turns: Sequence[Array], arm: Arm) -> DriveFits:
         residuals.append(_counted(system, k, seen - usual))
         columns.append(
             {
-                (f"{key} of run {k}" if key in _OWN else key): scale[key] * column
+                (f"{key} of run {k}" if key in _RUN_PRIORS else key): scale[key] * column
                 for key, column in made.items()
             }
         )
         edges += list(edges[-1] + edges_of(len(seen), system.sample_s)[1:])
         ends.append(len(edges) - 1)
-    own = [f"{key} of run {k}" for k in driven for key in _OWN]
+    own = [f"{key} of run {k}" for k in driven for key in _RUN_PRIORS]
     names = (*shared, *own)
     jacobian, begin = np.zeros((edges[-1], len(names))), 0
     for k, residual, made in zip(driven, residuals, columns, strict=True):

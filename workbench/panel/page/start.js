@@ -14,6 +14,7 @@ let wide = false;                // after a run the list is folded until somebod
 function showStart() {
   const free = isLive() && !["alive", "silent"].includes(state.controller) && !isStarting();
   show("start", free);
+  if (!isLive()) return;         // the link is lost for a moment: what was picked stays picked
   const key = free ? `${state.controller}/${state.pid}/${state.start ? state.start.title : ""}` : null;
   if (key === listedFor) return;
   if (listedFor === null || key === null) closePlan();
