@@ -14,10 +14,10 @@ def found(kind: str) -> Any:
 
 
 def test_the_loop_ends_when_the_budget_does() -> None:
-    dear = Proposal((ProposedRun("swing", 0.03, 600.0, 2.0),), 11.0, (), 0.9)
+    costly = Proposal((ProposedRun("swing", 0.03, 600.0, 2.0),), 11.0, (), 0.9)
     made: list[Proposal] = []
-    looked = found("SET"), dear
-    turns = list(investigate(dear, made.append, lambda number: looked, budget=30.0))
+    looked = found("SET"), costly
+    turns = list(investigate(costly, made.append, lambda number: looked, budget=30.0))
     assert len(made) == 2
     assert [one.minutes for one in turns] == [11.0, 22.0]
     assert turns[0].ended is None

@@ -10,6 +10,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -101,7 +102,13 @@ def _one_thread() -> AbstractContextManager[object]:
 
     With two threads on two busy cores a factorisation of 240 candidates took 59 ms, with one 1 ms.
     """
-    import scipy.linalg  # noqa: F401 - brings the library whose threads are limited
-    from threadpoolctl import threadpool_limits
+    return _libraries().limit(limits=1, user_api="blas")
 
-    return threadpool_limits(1, user_api="blas")
+
+@cache
+def _libraries() -> Any:
+    """Return what limits the threads: to look for the libraries takes 2 ms, so it is done once."""
+    import scipy.linalg  # noqa: F401 - brings the library whose threads are limited
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
