@@ -105,6 +105,9 @@ def test_a_run_is_picked_rehearsed_confirmed_answered_and_stopped(
     assert "1 run, about 4 s on the bench; 1 prompt, not counted" in page.text("#plan-facts")
     assert "before run 1: Stand the robot on the start line." in page.text("#plan-operator")
     assert "distance 0.000 to 0.200 m" in page.text("#plan-runs")
+    lost = "[isLive].forEach((live) => { isLive = () => false; showStart(); isLive = live; })"
+    page.evaluate(f"{lost}; showStart()")
+    page.wait_for("document.querySelector('#confirm-start').offsetParent !== null")  # as before
     click(page, "#confirm-start")
     assert page.text("#start-refused") == "Type the operator's name first."
     page.type("Anna Berg")
