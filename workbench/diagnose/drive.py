@@ -8,7 +8,7 @@ the motor does otherwise:
 w the commanded speed, p the rotor's angle in the world, the torque that which the rotor's mass
 takes about T. All of it is linear in what is asked for, so each cause is a column of angles, and
 every set of causes is one regression. Each run has a start angle, a lag, a delay and a small share
-of its own. The point taken for T may sit off T: the rotor's arm, which is rigid, shows where it is.
+of its own. The point taken for T may sit off T: the length of the rotor's arm shows where (`arm`).
 Glitches are left out, and noise with a memory is whitened: r[k] - memory r[k-1] counts.
 """
 
@@ -22,13 +22,13 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from workbench.diagnose.arm import Arm
 from workbench.diagnose.linear import Linear, Solved, edges_of
 from workbench.fit import Hopper, MeasuredRun, calm, commanded_angle, fit_drive
-from workbench.motion import ROTOR, TOP, position
-from workbench.noise import robust_sigma
+from workbench.motion import TOP
 from workbench.sim import EFFECTS
 
-__all__ = ["DRIVE", "Arm", "DriveFits", "arm_of", "drive_fits"]
+__all__ = ["DRIVE", "DriveFits", "drive_fits"]
 
 Array = NDArray[np.float64]
 
@@ -41,21 +41,6 @@ _FIRST_S = 0.1  # of a run, that shows where it starts
 _SMOOTH_S = 0.15  # over which T's acceleration is taken
 _OFFSETS = ("marker forward", "marker up")
 _TOLERATED_M = 2e-4  # how far the point taken for T may sit off T and nobody minds
-
-
-@dataclass(frozen=True)
-class Arm:
-    """Where the point taken for T sits, as the rotor's rigid arm shows it.
-
-    Args:
-        offset: (2,) forward and up of T [m].
-        deviation: (2,) standard errors [m].
-        radius: of the rotor [m].
-    """
-
-    offset: Array
-    deviation: Array
-    radius: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,45 +103,6 @@ class DriveFits:
         }
 
 
-def arm_of(
-    runs: Sequence[MeasuredRun], turned: Sequence[Array | None], first: Sequence[int]
-) -> Arm:
-    """Return where the point taken for T sits, from the length of the rotor's arm.
-
-    Seen from a point off T by d, an arm r e(a) has the length r - d e(a), to first order.
-
-    Args:
-        runs: that were driven, or not.
-        turned: of each, (n,) angle of the rotor against T [rad]; None where nothing drives it.
-        first: of each, the sample that this begins at.
-    """
-    rows, lengths = [], []
-    for run, angle, begin in zip(runs, turned, first, strict=True):
-        if angle is None or ROTOR[0] not in run.motion:
-            continue
-        arm = (position(run.motion, ROTOR) - position(run.motion, TOP))[begin : begin + len(angle)]
-        length = np.hypot(arm[:, 0], arm[:, 2])
-        seen = np.isfinite(length)
-        usual = np.median(length[seen])
-        seen &= np.abs(length - usual) < 8 * robust_sigma(length[seen] - usual)
-        rows.append(
-            np.column_stack([np.ones(seen.sum()), -np.cos(angle[seen]), np.sin(angle[seen])])
-        )
-        lengths.append(length[seen])
-    if not rows:
-        return Arm(np.zeros(2), np.full(2, np.inf), np.nan)
-    a, b = np.concatenate(rows), np.concatenate(lengths)
-    found = np.linalg.lstsq(a, b, rcond=None)[0]
-    each = np.array(
-        [np.linalg.lstsq(r, v, rcond=None)[0] for r, v in zip(rows, lengths, strict=True)]
-    )
-    spread = np.linalg.inv(a.T @ a) * float(np.var(b - a @ found))
-    white = np.sqrt(np.diag(spread))
-    between = each.std(axis=0, ddof=1) / np.sqrt(len(each)) if len(each) > 1 else white
-    error = np.maximum(white, between)
-    return Arm(found[1:], error[1:], float(found[0]))
-
-
 def drive_fits(system: Hopper, turns: Sequence[Array], arm: Arm) -> DriveFits:
     """Return the regression of the rotor's angle in the driven runs of a system.
 
@@ -177,28 +123,30 @@ def drive_fits(system: Hopper, turns: Sequence[Array], arm: Arm) -> DriveFits:
         [k for k, run in enumerate(system.runs) if run.driven],
     )
     scale = {**tolerances, **wide, **_RUN_PRIORS}
-    edges, ends, angles, residuals = [0], [0], [], []
+    edges, ends, angles, residuals, lengths = [0], [0], [], [], []
     columns: list[dict[str, Array]] = []
     for k in driven:
         seen, usual, made = _columns(system, k, turns[k], arm)
+        near = _near(system, k, arm)
         angles.append(usual)
-        residuals.append(_counted(system, k, seen - usual))
+        residuals.append(_counted(system, k, near * (seen - usual)))
         columns.append(
             {
                 (f"{key} of run {k}" if key in _RUN_PRIORS else key): scale[key] * column
                 for key, column in made.items()
             }
         )
+        lengths.append(near)
         edges += list(edges[-1] + edges_of(len(seen), system.sample_s)[1:])
         ends.append(len(edges) - 1)
     own = [f"{key} of run {k}" for k in driven for key in _RUN_PRIORS]
     names = (*shared, *own)
     jacobian, begin = np.zeros((edges[-1], len(names))), 0
-    for k, residual, made in zip(driven, residuals, columns, strict=True):
+    for k, residual, made, near in zip(driven, residuals, columns, lengths, strict=True):
         rows = slice(begin, begin + len(residual))
         for j, key in enumerate(names):
             if key in made:
-                column = np.where(np.isfinite(residual), made[key], np.nan)
+                column = np.where(np.isfinite(residual), near * made[key], np.nan)
                 jacobian[rows, j] = -_whitened(system, k, column)
         begin += len(residual)
     alone = np.array([False] * len(shared) + [True] * len(own))
@@ -217,7 +165,8 @@ def _columns(
     run, times, step = system.runs[k], system.times(k), system.sample_s
     world = system.world_angle(k)
     seen = world - (turn - turn[0])
-    motor = fit_drive(times, seen, run.steps, system.rotor_noise(k).sigma, smooth=False)
+    sigma = system.rotor_noise(k).sigma
+    motor = fit_drive(times, arm.true_angle(seen), run.steps, sigma, smooth=False)
     lag, delay = motor.lag, motor.delay
 
     def angle(late: float, slow: float) -> Array:
@@ -225,12 +174,11 @@ def _columns(
 
     usual = angle(delay, lag)
     speed = np.gradient(usual, step)
-    first = slice(0, round(_FIRST_S / step))
-    start = float(np.nanmedian((seen - usual)[first]))
-    phase = system.turned[k]
-    assert phase is not None
+    about = system.turned[k]
+    assert about is not None
+    phase = arm.true_angle(about)
     absolute = phase + turn
-    forward, up = np.sin(phase) / arm.radius, np.cos(phase) / arm.radius
+    radius = arm.radius if arm.known else system.robot.values["rotor_radius"]
     on = tuple((t, float(np.sign(w))) for t, w in run.steps)
     columns = {
         "speed_scale share": usual,
@@ -241,16 +189,16 @@ def _columns(
         "speed_ripple sin_1": _integral(speed * np.sin(absolute), step),
         "speed_ripple cos_2": _integral(speed * np.cos(2 * absolute), step),
         "speed_ripple sin_2": _integral(speed * np.sin(2 * absolute), step),
-        "marker forward": forward,
-        "marker up": up,
+        "marker forward": np.sin(phase) / radius,
+        "marker up": np.cos(phase) / radius,
         "start": np.ones(len(times)),
         "delay": -speed,
         "lag": (angle(delay, lag * 1.01 + 1e-4) - usual) / (lag * 0.01 + 1e-4),
         "gain": usual,
     }
-    known = np.isfinite(arm.deviation).all()
-    offset = arm.offset[0] * forward + arm.offset[1] * up if known else 0.0
-    return seen, usual + start + offset, columns
+    usual = usual + about - phase
+    start = float(np.nanmedian((seen - usual)[: round(_FIRST_S / step)]))
+    return seen, usual + start, columns
 
 
 def _torque(system: Hopper, k: int, angle: Array) -> Array:
@@ -274,6 +222,19 @@ def _torque(system: Hopper, k: int, angle: Array) -> Array:
 
 def _integral(rate: Array, step: float) -> Array:
     return np.asarray(scipy.integrate.cumulative_trapezoid(rate, dx=step, initial=0.0))
+
+
+def _near(system: Hopper, k: int, arm: Arm) -> Array:
+    """Return the length of the rotor's arm over that where its angle's noise was taken, (n,) [1].
+
+    A place is seen with the same noise everywhere, an angle with the more the shorter its arm is.
+    White noise is taken over the whole run, noise with a memory at rest.
+    """
+    about = system.turned[k]
+    assert about is not None
+    length = arm.length(about)
+    usual = length[0] if system.rotor_noise(k).memory else np.median(length)
+    return np.asarray(length / usual)
 
 
 def _counted(system: Hopper, k: int, left: Array) -> Array:

@@ -15,7 +15,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.drive import DriveFits, arm_of, drive_fits
+from workbench.diagnose.arm import arm_of
+from workbench.diagnose.drive import DriveFits, drive_fits
 from workbench.diagnose.linear import edges_of
 from workbench.diagnose.rig import Rig
 from workbench.diagnose.rules import RULES, Rules
@@ -49,6 +50,9 @@ Array = NDArray[np.float64]
 _STEPS = 6  # evaluations of one refit
 _ROUNDS = 2  # of weighing the process noise
 _OFF = 0.1
+_OFFSET = "marker_offset"
+"""Candidate that the rotor's arm shows. Beyond its tolerance neither the rotor's angle nor what is
+seen of T is straight in it: 20 mm on an arm of 35 mm bend the angle by 0.6 rad each turn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +111,7 @@ class Fits:
         self.train = [k for k in runs if rig.roles[k] == "train"]
         self.held = [k for k in runs if rig.roles[k] != "train"]
         self.candidates = {one.name: one for one in rig.candidates}
-        self._held: Estimator | None = None
+        self._held: dict[bool, Estimator] = {}
         self._deviations: dict[tuple[str, ...], dict[str, float]] = {}
 
     @cached_property
@@ -115,17 +119,37 @@ class Fits:
         """Return the fitted runs with the base alone."""
         return self.rig.system(self.train, self.rig.base)
 
+    @cached_property
+    def _shown(self) -> dict[str, float]:
+        """Return what the rotor's arm shows of the point taken for T, where that is far off T."""
+        if _OFFSET not in self.candidates or not isinstance(self._nominal, Hopper):
+            return {}
+        arm, parameters = arm_of(self._nominal), self.candidates[_OFFSET].quantities.values()
+        far = [abs(v) > p.deviation for v, p in zip(arm.offset, parameters, strict=True)]
+        return {p.name: float(v) for v, p in zip(arm.offset, parameters, strict=True) if any(far)}
+
     def base(self) -> Hypothesis:
         """Fit the base within its tolerances."""
-        system = self._nominal
+        return self._whole((), {})
+
+    def _whole(self, names: tuple[str, ...], start: Mapping[str, float]) -> Hypothesis:
+        """Fit a hypothesis by the whole recipe, its inputs made anew.
+
+        Args:
+            names: of its candidates.
+            start: values of parameters that are not nominal.
+        """
+        system = self.rig.system(self.train, self._released(names), self._nominal)
+        vector = ParameterVector(system.parameters)
         fit = fit_system(
             system,
-            ParameterVector(system.parameters),
+            vector,
+            start=_numbers(vector, start),
             progress=self.progress,
             threads=self.threads,
             central=False,
         )
-        return self._hypothesis((), fit.estimator, fit.x, fit.jacobian)
+        return self._hypothesis(names, fit.estimator, fit.x, fit.jacobian)
 
     def missing(self, one: Hypothesis) -> float:
         """Return how much less likely the runs are at the process noise a whole model may have.
@@ -212,7 +236,12 @@ class Fits:
 
         Only the end is simulated in full steps; on the way what coarse ones do otherwise is taken
         to be what it is at the neighbour, and derivatives are those there, brought up to date.
+        A point far off T makes other inputs, so that such a hypothesis is fitted as the base is.
         """
+        if self.far(names) and not self.far(near.names):
+            others = {p.name for n in near.names for p in self.candidates[n].quantities.values()}
+            known = {name: value for name, value in near.values.items() if name in others}
+            return self._whole(tuple(names), known | self._shown)
         estimator, x = self._estimator(near, self._released(names))
         exact = estimator.residuals_of(near.estimator.innovations(near.x, keep=True), x)
         coarse = replace(estimator, defect=np.zeros(0))
@@ -232,6 +261,10 @@ class Fits:
                 break
         assert best is not None
         return self._hypothesis(tuple(names), estimator, best.x, best.jacobian)
+
+    def far(self, names: Collection[str]) -> bool:
+        """Return whether candidates have the point taken for T far off T, as the arm shows it."""
+        return _OFFSET in names and bool(self._shown)
 
     def weighed(self, one: Hypothesis) -> Hypothesis:
         """Return a hypothesis fitted again at the process noise that makes it most likely."""
@@ -278,11 +311,12 @@ class Fits:
 
     def drive(self, at: Hypothesis) -> tuple[DriveFits, DriveFits] | None:
         """Return the regressions of the drive in the runs fitted and held out; None without one."""
-        system, held = at.estimator.system, self._held
+        system, held = at.estimator.system, self._held.get(self.far(at.names))
         if not isinstance(system, Hopper) or not any(run.driven for run in system.runs):
             return None
-        arm = arm_of(system.runs, system.turned, [system.first(k) for k in range(len(system.runs))])
-        found = [drive_fits(system, _turns(system, at.estimator.innovations(at.x, keep=True)), arm)]
+        turned = _turns(system, at.estimator.innovations(at.x, keep=True))
+        arm = arm_of(system, turned)
+        found = [drive_fits(system, turned, arm)]
         if held is not None and isinstance(held.system, Hopper):
             x = _numbers(held.vector, at.values)
             turns = _turns(held.system, held.innovations(x, keep=True))
@@ -295,14 +329,14 @@ class Fits:
             return ()
         fitted = one.estimator
         shared = [p for p in fitted.vector.parameters if p.scope is not Scope.RUN]
-        like = None if self._held is None else self._held.system
+        before = self._held.get(self.far(one.names))
+        like, masks = (None, ()) if before is None else (before.system, before.masks)
         system = self.rig.system(self.held, shared, like)
         vector = ParameterVector(system.parameters)
         numbers = _numbers(vector, one.values)
-        masks = () if self._held is None else self._held.masks
         estimator = Estimator.of(system, vector, fitted.noise, masks, self.threads)
-        if self._held is None:
-            estimator = self._held = refined(estimator, numbers)
+        if before is None:
+            estimator = self._held[self.far(one.names)] = refined(estimator, numbers)
         own = np.array([p.scope is Scope.RUN for p in vector.parameters])
         found = minimised(estimator, numbers, own, 3, ROUGH)
         return tuple(

@@ -47,14 +47,17 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
     promises = fits.promises(base)
     little = rules.promised * rules.size * fits.samples()
     most = promises[0].gain if promises else 0.0
-    least = max(rules.promising * most, rules.suspected, little)
-    short = [one for one in promises if one.gain >= least][: rules.shortlist]
+    hidden = fits.missing(base) > 1  # process noise that is asked for hides what a cause would do
+    least = max(rules.promising * most, 0.0 if hidden else max(rules.suspected, little))
+    shown = [one for one in promises if fits.far([one.name])]
+    short = [one for one in promises if one.gain >= least and one not in shown]
+    short = [*shown, *short][: rules.shortlist]
     singles = []
     for number, one in enumerate(short):
         progress(Stage(f"fit {one.name}", 0.15 + 0.45 * number / len(short)))
         singles.append(fits.refit((one.name,), base, one))
     before = {one.names: one for one in singles}
-    singles = _weighed(fits, base, singles)
+    singles = _weighed(fits, base, singles, hidden)
     pairs: list[Hypothesis] = []
     if singles and base.cost - singles[0].cost > rules.least_gain:
         first = singles[0]
@@ -91,12 +94,23 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
     )
 
 
-def _weighed(fits: Fits, base: Hypothesis, found: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Return hypotheses, best first; the process noise of those that lead is weighed anew."""
+def _weighed(
+    fits: Fits, base: Hypothesis, found: Sequence[Hypothesis], hidden: bool = False
+) -> list[Hypothesis]:
+    """Return hypotheses, best first; the process noise of those that lead is weighed anew.
+
+    Args:
+        fits: of the runs.
+        base: that they are gains over.
+        found: fitted at its process noise.
+        hidden: whether that is more than a whole model asks for, so that all are weighed.
+    """
     if not found:
         return []
     gain = max(base.cost - one.cost for one in found)
-    if gain > fits.rules.least_gain:
+    if hidden:
+        found = [fits.weighed(one) for one in found]
+    elif gain > fits.rules.least_gain:
         least = gain - max((1 - fits.rules.near) * gain, fits.rules.least_gain)
         found = [fits.weighed(one) if base.cost - one.cost > least else one for one in found]
     return sorted(found, key=lambda one: one.cost)
