@@ -13,7 +13,11 @@ from workbench.fit import Parameter, Scope, free_parameters
 from workbench.schemas import ModelFile
 from workbench.sim import EFFECTS, Effect
 
-__all__ = ["Candidate", "hopper_base", "hopper_candidates"]
+__all__ = ["LIMITS", "Candidate", "hopper_base", "hopper_candidates"]
+
+LIMITS = 3**0.5
+"""Tolerance of a number over its standard deviation: that of a rectangular distribution within it
+(JCGM 100:2008, 4.3.7)."""
 
 _BEAM = (
     "hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping", "top_mass", "beam_mass",
@@ -76,7 +80,13 @@ def hopper_base(model: ModelFile, modes: Collection[str]) -> tuple[Parameter, ..
     names = _BEAM + (_FLOOR if set(modes) & _ON_FLOOR else ())
     uncertain = [name for name in names if getattr(model.parameters, name).tolerance > 0]
     return tuple(
-        replace(one, flat=False, low=one.nominal / _STEEP, high=one.nominal * _STEEP)
+        replace(
+            one,
+            flat=False,
+            deviation=one.deviation / LIMITS,
+            low=one.nominal / _STEEP,
+            high=one.nominal * _STEEP,
+        )
         for one in free_parameters(model, uncertain)
     )
 

@@ -36,6 +36,8 @@ class Scored:
         missing: how much less likely the runs are if nothing is missing, over what counts.
         power: of the missing force, or of what the drive leaves; its scale is that of the base.
         by_run: fitted run -> its cost.
+        frees: names of its causes that free numbers of the model.
+        numbers: that its causes release.
     """
 
     names: tuple[str, ...]
@@ -45,6 +47,8 @@ class Scored:
     missing: float
     power: float
     by_run: Mapping[str, float] = field(default_factory=dict)
+    frees: frozenset[str] = frozenset()
+    numbers: int = 1
 
     @property
     def cost(self) -> float:
@@ -183,10 +187,18 @@ def decide(
 
 
 def _holds(one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: float) -> bool:
-    """Return whether a hypothesis is more than chance, of a practical size, sure and confirmed."""
+    """Return whether a hypothesis is more than chance, of a practical size, sure and confirmed.
+
+    A number beyond its tolerance is of a practical size. What speaks for it is its prior where
+    others can do the same to the motion only far beyond theirs; runs held out add nothing to that.
+    """
     found = versus(one, simpler, repeats)
+    numbers = max(one.numbers - (simpler.numbers if simpler.names else 0), 1)
+    if set(one.names) - set(simpler.names) <= one.frees:
+        spoken = found.gain > rules.no_chance(numbers) and found.held > -rules.suspected
+        return spoken and found.sure > rules.sure
     return (
-        found.gain > rules.practical(samples / repeats)
+        found.gain > rules.practical(samples / repeats, numbers)
         and found.sure > rules.sure
         and found.held > 0
         and found.runs >= rules.agree
@@ -202,7 +214,7 @@ def _behind(one: Scored, other: Scored, rules: Rules, repeats: float) -> bool:
 def _influential_run(one: Scored, base: Scored, rules: Rules, repeats: float) -> str | None:
     """Return the run without which all others together do not speak for a hypothesis."""
     gains = {run: (base.by_run[run] - cost) / repeats for run, cost in one.by_run.items()}
-    whole = sum(gains.values())
+    whole = sum(gains.values()) + base.prior - one.prior
     carried = [run for run, gain in gains.items() if whole - gain < rules.suspected]
     return carried[0] if carried and len(gains) > 1 else None
 
@@ -241,7 +253,7 @@ def _without(
         (one, found)
         for one, found in compared
         if len(one.names) == 1
-        and found.gain > max(rules.suspected, rules.size * samples)
+        and found.gain > max(rules.maybe(one.numbers), rules.size * samples)
         and found.held > 0
     ]
     left = base.missing

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.arm import Arm
 from workbench.diagnose.linear import Linear, Solved, edges_of
-from workbench.fit import Hopper, MeasuredRun, calm, commanded_angle, fit_drive
+from workbench.fit import Hopper, calm, commanded_angle, fit_drive
 from workbench.motion import TOP
 from workbench.sim import EFFECTS
 

@@ -55,7 +55,8 @@ def drive_part(fits: Fits, best: Hypothesis) -> DrivePart | None:
         judged = tuple(held.by_run(held.like(fitted, found))) if fits.held else ()
         runs = zip(fitted.runs, fitted.by_run(found), strict=True)
         by_run = {fits.rig.names[fits.train[k]]: float(blocks.sum()) for k, blocks in runs}
-        return Scored(names, own, found.blocks, judged, missing, missing, by_run)
+        numbers = sum(len(fitted.quantities[name]) for name in names)
+        return Scored(names, own, found.blocks, judged, missing, missing, by_run, numbers=numbers)
 
     tried = [scored(one) for one in every if one]
     part = decide(scored(()), tried, samples, fits.rules)

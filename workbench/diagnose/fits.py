@@ -185,6 +185,11 @@ class Fits:
         """Return whether a candidate frees numbers of the model, and adds none."""
         return name in self.candidates and bool(self.candidates[name].frees)
 
+    def numbers(self, names: Collection[str]) -> int:
+        """Return how many numbers some candidates release."""
+        every = [self.candidates[name] for name in names]
+        return sum(len(one.quantities) + len(one.frees) for one in every)
+
     def repeats(self) -> float:
         """Return how often innovations repeat one another; 1 where they are white.
 

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.diagnose.candidates import LIMITS
 from workbench.diagnose.extension import Effects
 from workbench.diagnose.facts import Facts, Fault
 from workbench.diagnose.mechanism_causes import candidates_of, rig_effects
@@ -213,7 +214,7 @@ class MechanismRig:
             if edit in base:
                 words = f"{one.field} of {one.owner} is a parameter twice; take one out"
                 raise FileFaults([self.file.fault(("parameters", k), words)])
-            base[edit] = Free(one.field, one.owner, one.tolerance)
+            base[edit] = Free(one.field, one.owner, one.tolerance / LIMITS)
             if one.value is not None:
                 given[edit] = one.value
         for one, value, added in found_in(self.file, list(rig_effects(content))):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.diagnose.candidates import Candidate
+from workbench.diagnose.candidates import LIMITS, Candidate
 from workbench.diagnose.decide import Part, Scored, decide
 from workbench.diagnose.findings import Cause, EstimatedQuantity, Refit, quantity_of
 from workbench.diagnose.fits import Fits, Hypothesis
@@ -131,10 +131,10 @@ def _scored(fits: Fits, one: Hypothesis) -> Scored:
     prior = _prior(one)
     names = one.estimator.system.names
     by_run = {name: float(run.sum()) for name, run in zip(names, one.blocks, strict=True)}
-    judged = fits.judged(one)
     return Scored(
-        one.names, prior, blocks, judged, fits.missing(one), fits.missing_power(one), by_run
-    )
+        one.names, prior, blocks, fits.judged(one), fits.missing(one), fits.missing_power(one),
+        by_run, frozenset(name for name in one.names if fits.frees(name)), fits.numbers(one.names),
+    )  # fmt: skip
 
 
 def _cause(candidate: Candidate, holder: Hypothesis, fits: Fits) -> Cause:
@@ -161,6 +161,6 @@ def _refit(fits: Fits, best: Hypothesis) -> tuple[Refit, ...]:
     errors, values, changed = fits.deviations(best), best.values, list[Refit]()
     for p in fits.rig.base:
         now = quantity_of(values[p.name], errors[p.name], -np.inf, np.inf, p.unit)
-        share = (now.value - p.nominal) / p.deviation
+        share = (now.value - p.nominal) / (LIMITS * p.deviation)
         changed.append(Refit(p.name, p.nominal, now.value, now.low, now.high, p.unit, share))
     return tuple(changed)

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+
+import scipy
 
 __all__ = ["RULES", "Rules"]
 
@@ -21,8 +24,8 @@ class Rules:
         promised: share of a practical size that it must promise; what is large promises less than
             it holds, for residuals are not straight so far.
         near: share of the best gain within which a candidate's process noise is weighed anew.
-        least_gain: gain of a cause that is no chance: 1 in 3000, for some thirty of them.
-        suspected: gain of one that may well be there.
+        least_gain: gain of a cause of one number that is no chance: 1 in 16,000, for some thirty.
+        suspected: gain of one that may well be there: 1 in 200.
         size: gain for each sample and channel, of a practical size: (0.12 sigma)^2.
         sure: gain over its scatter, of a cause against none.
         agree: share of the runs held out that must prefer it.
@@ -50,13 +53,32 @@ class Rules:
     whole: float = 1.15
     noise_share: float = 0.5
 
-    def practical(self, samples: float) -> float:
+    def practical(self, samples: float, numbers: int = 1) -> float:
         """Return the gain that is no chance and of a practical size.
 
         Args:
             samples: of all channels, over how often they repeat one another.
+            numbers: that are released for it.
         """
-        return max(self.least_gain, self.size * samples)
+        return max(self.no_chance(numbers), self.size * samples)
+
+    def no_chance(self, numbers: int) -> float:
+        """Return the gain that is no chance where so many numbers are released."""
+        return _as_rare(self.least_gain, numbers)
+
+    def maybe(self, numbers: int) -> float:
+        """Return the gain of what may well be there where so many numbers are released."""
+        return _as_rare(self.suspected, numbers)
+
+
+@cache
+def _as_rare(gain: float, numbers: int) -> float:
+    """Return the gain by so many numbers that is as rare by chance as one by a single number.
+
+    By chance a gain is distributed as chi-squared with as many degrees of freedom (Wilks, Ann.
+    Math. Stat. 9, 1938, 60).
+    """
+    return float(scipy.stats.chi2.isf(scipy.stats.chi2.sf(gain, 1), numbers))
 
 
 RULES = Rules()
