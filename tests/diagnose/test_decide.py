@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import scipy
 
 from workbench.diagnose.decide import Scored, decide, versus
 from workbench.diagnose.rules import RULES
@@ -127,3 +130,39 @@ def test_a_cause_that_one_run_alone_supports_is_not_named() -> None:
         one.names, 0.0, one.blocks, one.held, 0.1, 0.01, {"first": -700.0, "second": -100.0}
     )
     assert decide(base, [shared], SAMPLES, RULES).kind == "NAMED"
+
+
+def test_a_cause_is_named_where_only_what_comes_beside_it_cannot_be_separated() -> None:
+    single = scored("a", gain=800, lack=0.8)
+    pairs = [scored("a", "b", gain=1000), scored("a", "c", gain=998, seed=1)]
+    found = decide(BASE, [single, *pairs], SAMPLES, RULES)
+    assert (found.kind, found.best.names) == ("NAMED", ("a",))
+    assert found.reason.endswith("beside it b or c, which these runs cannot separate")
+    lacking = scored("a", gain=800, lack=3.0)
+    assert decide(BASE, [lacking, *pairs], SAMPLES, RULES).kind == "SET"
+
+
+def test_a_number_far_beyond_its_tolerance_needs_no_gain_of_a_practical_size() -> None:
+    base = replace(scored(scatter=0.0), prior=54.0)  # other numbers do the same, far off theirs
+    freed = replace(scored("a", gain=-4.0, held=-0.6), prior=19.0, frees=frozenset({"a"}))
+    found = decide(base, [freed], SAMPLES, RULES)
+    assert (found.kind, found.best.names) == ("NAMED", ("a",))
+    assert decide(base, [replace(freed, frees=frozenset())], SAMPLES, RULES).kind == "CLEAN"
+    assert decide(base, [replace(freed, prior=40.0)], SAMPLES, RULES).kind == "CLEAN"
+    refused = scored("a", gain=-4.0, held=-20.0)
+    refused = replace(refused, prior=19.0, frees=frozenset({"a"}))
+    assert decide(base, [refused], SAMPLES, RULES).kind == "CLEAN"
+
+
+@pytest.mark.parametrize(("numbers", "kind"), [(1, "SET"), (4, "CLEAN")])
+def test_many_numbers_gain_more_by_chance(numbers: int, kind: str) -> None:
+    few = 600  # samples, of which a gain of 9 is of a practical size
+    ripple = replace(scored("a", gain=11.4, held=0.8), numbers=numbers)
+    assert decide(scored(scatter=0.0), [ripple], few, RULES).kind == kind
+
+
+def test_as_rare_a_gain_is_greater_where_more_numbers_are_released() -> None:
+    assert RULES.no_chance(1) == pytest.approx(RULES.least_gain)
+    assert scipy.stats.chi2.sf(RULES.no_chance(4), 4) == pytest.approx(
+        scipy.stats.chi2.sf(RULES.least_gain, 1)
+    )

@@ -102,4 +102,4 @@ def arm_of(system: Hopper, turns: Sequence[Array] | None = None) -> Arm:
 
 
 def _solved(a: Array, b: Array) -> Array:
-    return np.asarray(np.linalg.lstsq(a, b, rcond=None)[0])
+    return np.asarray(np.linalg.lstsq(a, b, rcond=None)[0], dtype=np.float64)

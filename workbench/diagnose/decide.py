@@ -131,59 +131,74 @@ def decide(
         rules: of the diagnosis.
         repeats: how often the innovations repeat one another.
     """
-    compared = sorted(
+    found = sorted(
         ((one, versus(one, base, repeats)) for one in tried), key=lambda pair: -pair[1].gain
     )
-    best = base
-    for one, _ in compared:
-        if len(one.names) == 1 and _holds(one, base, samples, rules, repeats):
-            best = one
-            break
-    if best is not base:
-        single = best
-        for pair in (one for one, _ in compared if len(one.names) == 2):
-            if set(single.names) < set(pair.names):
-                holds = _holds(pair, single, samples, rules, repeats)
-            else:  # other causes in its place
-                holds = _holds(pair, base, samples, rules, repeats) and _behind(
-                    single, pair, rules, repeats
-                )
-            if holds:
-                best = pair
-                break
-    rest, explained = best.missing, 1 - best.power / base.power
-    likelier = [one for one, found in compared if found.gain > rules.suspected and found.held > 0]
-    alike = _alike(best, likelier, rules, repeats)
-    comparisons = tuple(compared)
+    compared = tuple(found)
+    single, best = _chosen(base, [one for one, _ in compared], samples, rules, repeats)
     if best is base:
-        return _without(base, comparisons, samples / repeats, rules)
-    words = " with ".join(best.names)
-    if rest > 1 and explained < rules.material:
-        reason = (
-            f"{_missing_words(rest)}, and no known cause explains it; "
-            f"{words} would explain next to none"
-        )
-        return Part("NONE", base, (), rest, 0.0, reason, comparisons)
+        return _without(base, compared, samples / repeats, rules)
+    if best.missing > 1 and _explained(best, base) < rules.material:
+        reason = f"{_missing_words(best.missing)}, and no known cause explains it; "
+        reason += f"{' with '.join(best.names)} would explain next to none"
+        return Part("NONE", base, (), best.missing, 0.0, reason, compared)
+    likelier = [
+        one for one, gained in compared if gained.gain > rules.suspected and gained.held > 0
+    ]
+    alike, beside = _alike(best, likelier, rules, repeats), ""
+    if len(alike) > 1 and single.missing <= 1 and _share(alike, single):
+        others = [name for one in alike for name in one.names if name not in single.names]
+        beside = f"; beside it {' or '.join(others)}, which these runs cannot separate"
+        best, alike = single, (single,)
+    words, explained = " with ".join(best.names), _explained(best, base)
+    alone = _influential_run(best, base, rules, repeats)
+    kind: Kind
     if len(alike) > 1:
         names = ", ".join(dict.fromkeys(name for one in alike for name in one.names))
-        return Part(
-            "SET",
-            best,
-            alike,
-            rest,
-            explained,
-            f"{names} cannot be separated by these runs",
-            comparisons,
-        )
-    if rest > 1 and explained < rules.explained:
-        reason = f"{words} explains {100 * explained:.0f} % of what the model misses, not the rest"
-        return Part("PARTIAL", best, alike, rest, explained, reason, comparisons)
-    alone = _influential_run(best, base, rules, repeats)
-    if alone is not None:
+        kind, reason = "SET", f"{names} cannot be separated by these runs"
+    elif best.missing > 1 and explained < rules.explained:
+        left = f"{100 * explained:.0f} % of what the model misses, not the rest"
+        kind, reason = "PARTIAL", f"{words} explains {left}"
+    elif alone is not None:
+        kind = "SET"
         reason = f"{words} may be there, but {alone} alone supports it; repeat that run"
-        return Part("SET", best, alike, rest, explained, reason, comparisons)
-    reason = f"{words}: every other cause leaves clearly more unexplained, in runs held out as well"
-    return Part("NAMED", best, alike, rest, explained, reason, comparisons)
+    else:
+        kind = "NAMED"
+        reason = f"{words}: every other cause leaves clearly more unexplained, in runs held out as "
+        reason += f"well{beside}"
+    return Part(kind, best, alike, best.missing, explained, reason, compared)
+
+
+def _chosen(
+    base: Scored, found: Sequence[Scored], samples: int, rules: Rules, repeats: float
+) -> tuple[Scored, Scored]:
+    """Return the best single cause and the best of all that hold; the base where none does.
+
+    Args:
+        base: without causes.
+        found: hypotheses, that of the greatest gain first.
+        samples: that the fitted runs have, of all channels.
+        rules: of the diagnosis.
+        repeats: how often the innovations repeat one another.
+    """
+    alone = [one for one in found if len(one.names) == 1]
+    single = next((one for one in alone if _holds(one, base, samples, rules, repeats)), base)
+    if single is base:
+        return base, base
+    for pair in (one for one in found if len(one.names) == 2):
+        if set(single.names) < set(pair.names):
+            holds = _holds(pair, single, samples, rules, repeats)
+        else:  # other causes in its place
+            holds = _holds(pair, base, samples, rules, repeats)
+            holds = holds and _behind(single, pair, rules, repeats)
+        if holds:
+            return single, pair
+    return single, single
+
+
+def _explained(one: Scored, base: Scored) -> float:
+    """Return the share of the power of what the base misses that a hypothesis explains."""
+    return 1 - one.power / base.power
 
 
 def _holds(one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: float) -> bool:
@@ -209,6 +224,11 @@ def _behind(one: Scored, other: Scored, rules: Rules, repeats: float) -> bool:
     """Return whether the same seconds put a hypothesis surely behind another."""
     found = versus(other, one, repeats)
     return found.sure >= rules.apart and found.gain + found.held >= rules.suspected
+
+
+def _share(alike: Sequence[Scored], single: Scored) -> bool:
+    """Return whether pairs that are alike have all the same single cause, and differ in another."""
+    return all(len(one.names) == 2 and set(single.names) < set(one.names) for one in alike)
 
 
 def _influential_run(one: Scored, base: Scored, rules: Rules, repeats: float) -> str | None:
