@@ -126,6 +126,12 @@ class Judged:
         )
 
     @property
+    def listed(self) -> bool:
+        """Tell whether all true causes are named or in the set, where there are any."""
+        given = self.names or self.verdict == "SET"
+        return given and bool(self.truth) and set(self.truth) <= set(self.causes)
+
+    @property
     def false_name(self) -> bool:
         """Tell whether a named cause is none of the true ones."""
         return self.names and not set(self.causes) <= set(self.expects("named"))
@@ -236,7 +242,7 @@ def scores(judged: Sequence[Judged]) -> list[Score]:
             [one for one in sized[1.0] if _shows_in_hops(one)],
             _top,
         ),
-        _share("truth in set, size 0.3", sized[0.3], _listed),
+        _share("truth in set, size 0.3", sized[0.3], lambda one: one.listed),
         _mean("mean set size, size 0.3", [len(one.causes) for one in sized[0.3]]),
         _mean("mean set size, size 1", [len(one.causes) for one in sized[1.0]]),
         _share("named and wrong", judged, lambda one: one.false_name),
@@ -279,10 +285,6 @@ def confusion(judged: Iterable[Judged]) -> dict[str, Counter[str]]:
 
 def _top(one: Judged) -> bool:
     return one.names and one.causes[:1] == tuple(one.truth)[:1] and one.right
-
-
-def _listed(one: Judged) -> bool:
-    return (one.names or one.verdict == "SET") and set(one.truth) <= set(one.causes)
 
 
 def _shows_in_hops(one: Judged) -> bool:

@@ -25,6 +25,8 @@ def show_diagnosis(found: Diagnosis) -> None:
     stderr.print(f"{found.kind}: {found.reason}", markup=False)
     for cause in found.causes:
         stderr.print(f"  {cause.name}: {cause.sentence}", markup=False)
+    if found.confidence is not None:
+        stderr.print(found.confidence.sentence, markup=False)
     base, after = found.errors, found.extended_errors
     if base is not None and after is not None:
         stderr.print(f"held out: {', '.join(found.held_out)}", markup=False)

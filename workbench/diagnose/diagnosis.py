@@ -17,12 +17,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from workbench.diagnose.confidence import Confidence, confidence_in
 from workbench.diagnose.decide import Kind, Part, versus
 from workbench.diagnose.drive_part import drive_part
 from workbench.diagnose.findings import Alternative, Cause, Refit
 from workbench.diagnose.fits import Fits, Hypothesis
 from workbench.diagnose.observer_part import observer_part
-from workbench.diagnose.rig import Rig
+from workbench.diagnose.rig import HopperRig, Rig
 from workbench.diagnose.rules import RULES, Rules
 from workbench.diagnose.screening import Promise
 from workbench.diagnose.soundness import soundness
@@ -85,14 +86,16 @@ class Diagnosis:
 
     def as_json(self) -> dict[str, Any]:
         """Return what the command line prints."""
-        base, after = self.errors, self.extended_errors
+        base, after, sure = self.errors, self.extended_errors, self.confidence
         return {
             "answer": self.kind,
             "reason": self.reason,
+            "confidence": None if sure is None else sure.as_json(),
             "faults": [{"run": run, "evidence": text} for run, text in self.faults],
             "causes": [
                 {
                     "effect": one.name,
+                    "confidence": None if sure is None else round(sure.share, 3),
                     "sentence": one.sentence,
                     "parameters": {key: q.as_json() for key, q in one.quantities.items()},
                 }
@@ -124,6 +127,11 @@ class Diagnosis:
             "rules": asdict(self.rules),
             "seconds": self.seconds,
         }
+
+    @property
+    def confidence(self) -> Confidence | None:
+        """Return how often such an answer is right; None for a rig that none was learnt on."""
+        return confidence_in(self.kind) if isinstance(self.rig, HopperRig) else None
 
     def _errors_by_run(self) -> dict[str, Any]:
         """Return of each run held out what `rmse_mm` and `prediction_mm` are the means of."""

@@ -114,6 +114,8 @@ def _verdict(found: Diagnosis) -> str:
     sentences = [one.sentence for one in found.causes] if sure else []
     if not sure or found.kind in ("PARTIAL", "DATA_FAULT"):
         sentences.append(_spoken(found.reason))
+    if found.confidence is not None:
+        sentences.append(found.confidence.sentence)
     base, after = found.errors, found.extended_errors
     if base is not None:
         gain = f"On runs that no fit has seen, the model's error is {digits(base.rmse)} {base.unit}"
