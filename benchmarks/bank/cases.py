@@ -13,13 +13,13 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from benchmarks.bank.amounts import AMOUNTS, OUTSIDE_AMOUNTS
+from benchmarks.bank.amounts import AMOUNTS, OUTSIDE_AMOUNTS, direction, scaled
 from benchmarks.bank.courses import Course
 from benchmarks.bank.observe import FAULTS, Filmed, Noise
 from workbench.diagnose import ProposedRun
 
 __all__ = ["BLOCKS", "SIZES", "TIES", "TRAPS", "Block", "Case", "Made", "Plan", "Run", "draw_case",
-           "draw_cases", "plan_of", "plans", "reduced"]  # fmt: skip
+           "draw_cases", "hopping", "plan_of", "plans", "reduced"]  # fmt: skip
 
 Block = Literal["single", "null", "pair", "outside", "tie", "sensor", "trap"]
 Source = Literal["twin", "rod"]
@@ -143,6 +143,29 @@ def reduced(cases: Sequence[Case]) -> list[Case]:
     hop = {name for name, amount in known.items() if amount.shown == "hop"}
     shown = [one for one in cases if hop.isdisjoint(one.causes)]
     return [replace(one, protocols="S+D", reduced=True) for one in shown if one.block != "tie"]
+
+
+def hopping(cases: Sequence[Case]) -> list[Case]:
+    """Return cases with hops in every one, their causes of about the size that was drawn.
+
+    To size a cause on hops of the independent engine takes half an hour. Here the amounts are those
+    that have the size at the stated parameters, within a factor of two. What needs its exact size
+    (ties, traps) or no hop (faults of the sensor) is left out.
+    """
+    known, found = AMOUNTS | OUTSIDE_AMOUNTS, list[Case]()
+    for one in cases:
+        if one.block in ("tie", "trap", "sensor"):
+            continue
+        rng = one.rng(4)
+        amounts = tuple(
+            (name, quantity, amount)
+            for name, size in zip(one.causes, one.sizes, strict=True)
+            for quantity, amount in scaled(
+                name, direction(name, rng), min(size, known[name].most)
+            ).items()
+        )
+        found.append(replace(one, protocols="S+D+H", amounts=amounts))
+    return found
 
 
 def draw_case(seed: int, block: Block, turn: int) -> Case:

@@ -120,9 +120,15 @@ def _by(engines: Mapping[str, int]) -> str:
 
 
 def _reduced(judged: Sequence[Judged]) -> str:
-    """Return how many cases were reduced, in words, where any was."""
-    count = sum(bool(one.label.get("reduced")) for one in judged)
-    return f"; {count} of them reduced to five runs of three seconds without a hop" if count else ""
+    """Return how many cases were reduced, and how many not sized, in words, where any was."""
+    short = sum(bool(one.label.get("reduced")) for one in judged)
+    rough = sum(not one.label.get("sized", True) for one in judged)
+    words = (
+        f"; {short} of them reduced to five runs of three seconds without a hop" if short else ""
+    )
+    return words + (
+        f"; {rough} with causes of the given size within a factor of two" if rough else ""
+    )
 
 
 def _beside_plain(told: Told) -> list[str]:

@@ -22,6 +22,7 @@ from benchmarks.bank.cases import (
     Run,
     draw_case,
     draw_cases,
+    hopping,
     plans,
     ramp,
 )
@@ -324,3 +325,15 @@ def test_a_case_is_laid_out_with_its_truth_sealed(tmp_path: Path, rod: Rod) -> N
 def test_labels_are_not_laid_beside_the_cases(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="labels must not lie beside the cases"):
         write_case(Made(NULL, ()), tmp_path, tmp_path)
+
+
+def test_cases_with_hops_have_their_amounts_at_once() -> None:
+    cases = hopping(draw_cases(5, 40))
+    assert {one.block for one in cases} == {"single", "null", "pair", "outside"}
+    assert {one.protocols for one in cases} == {"S+D+H"}
+    for one in cases:
+        assert {name for name, _, _ in one.amounts} == set(one.causes)
+    single = next(one for one in cases if one.causes == ("air_drag",))
+    ((_, quantity, amount),) = single.amounts
+    assert (quantity, abs(amount)) == ("c", pytest.approx(0.01 * single.sizes[0]))
+    assert cases == hopping(draw_cases(5, 40))
