@@ -208,7 +208,7 @@ def test_the_report_of_a_search_needs_nothing_beside_it(begin: Begin) -> None:
     assert f"goes {1000 * found[0].values['distance_m']:.0f} mm" in text
     assert f"workbench optimize --resume {study.folder} --evaluations 24" in text
     assert "Longitudinal frequency, clamped" in text
-    assert "best design goes 291 to 309 mm, median 300 mm (3 draws, 1 failed)" in text
+    assert "design goes 291 to 309 mm, median 300 mm (3 draws, 1 failed)" in text
     assert found[0].shape.name in text
     assert not re.search(r'(src|href)="(?!#)', text)
 

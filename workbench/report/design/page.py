@@ -136,8 +136,8 @@ def _numbers(first: Appraisal | None, best: Appraisal) -> Markup:
 
 def _spread(spread: DistanceDraws) -> Markup:
     return Markup(
-        "<p>With the rotor starting anywhere, and friction and speed within their tolerances, the "
-        "best design goes {}.</p>"
+        "<p>Over all start angles, with friction and speed as uncertain as they are, the best "
+        "design goes {}.</p>"
     ).format(spread.text())
 
 
