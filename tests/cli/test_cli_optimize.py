@@ -26,6 +26,9 @@ def test_a_search_tells_what_it_found(workbench: Command, tmp_path: Path) -> Non
     assert found["generations"] == 2 == len(found["history"])
     assert found["best_distance_m"] == found["goals"]["distance"] > 0
     assert found["wall_s"] > 0
+    spread = found["distance_spread"]
+    assert 0 < spread["low_m"] < spread["median_m"] < spread["high_m"]
+    assert spread["draws"] == 16
     assert load_shape(found["best_shape"], Path()).content.source.startswith("designed ")
     assert Path(found["report"]).exists()
     again = workbench(
@@ -36,6 +39,9 @@ def test_a_search_tells_what_it_found(workbench: Command, tmp_path: Path) -> Non
     shown = workbench("optimize", "--resume", tmp_path / "s").out
     assert Path(found["best_shape"]).stem.removeprefix("shape-") in shown, "g2-best"
     assert "cost [-]" in shown, "a ratio has no unit"
+    assert f"median {1000 * spread['median_m']:.0f} mm (16 draws)" in shown
+    page = Path(found["report"]).read_text(encoding="utf-8")
+    assert f"median {1000 * spread['median_m']:.0f} mm (16 draws)" in page
 
 
 @pytest.mark.long

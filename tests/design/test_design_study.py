@@ -14,6 +14,7 @@ from workbench.design import (
     ALGORITHMS,
     BOUNDS,
     GOALS,
+    DistanceDraws,
     Objective,
     Settings,
     Study,
@@ -201,12 +202,13 @@ def test_the_report_of_a_search_needs_nothing_beside_it(begin: Begin) -> None:
         history = study.run(fanout)
     found = found_by(study, history, DAY)
     page = study.folder / "report.html"
-    write_report(page, study, history, found, {"workbench": "0"})
+    write_report(page, study, history, found, DistanceDraws((0.31, 0.29), 1), {"workbench": "0"})
     text = page.read_text(encoding="utf-8")
     assert text.count("<svg") == 4
     assert f"goes {1000 * found[0].values['distance_m']:.0f} mm" in text
     assert f"workbench optimize --resume {study.folder} --evaluations 24" in text
     assert "Longitudinal frequency, clamped" in text
+    assert "design goes 291 to 309 mm, median 300 mm (3 draws, 1 failed)" in text
     assert found[0].shape.name in text
     assert not re.search(r'(src|href)="(?!#)', text)
 
@@ -237,7 +239,7 @@ def test_two_goals_give_a_front_of_shapes(begin: Begin) -> None:
     assert np.all(np.diff(fitness[:, 0]) > 0)
     assert np.all(np.diff(fitness[:, 1]) < 0)
     page = study.folder / "report.html"
-    write_report(page, study, history, found, {})
+    write_report(page, study, history, found, DistanceDraws((), 16), {})
     assert page.read_text(encoding="utf-8").count("<svg") == 5
 
 

@@ -30,6 +30,7 @@ from workbench.optimize import (
     Space,
     search,
 )
+from workbench.optimize.checkpoint import Checkpoint
 
 ROOT = Path(__file__).resolve().parents[2]
 PENALTY = (102.0,)
@@ -93,6 +94,32 @@ def test_what_is_known_is_not_evaluated_again(tmp_path: Path) -> None:
     history = search("hop at 17 rad/s", Cmaes(beam(), 1), never, evaluations=96,
                      penalty=PENALTY, checkpoint=tmp_path / "search.json")  # fmt: skip
     assert history.asked == 96
+
+
+def test_writes_that_take_long_are_far_apart_and_none_is_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever ends the search: the file then holds its last generation."""
+    now, writes, path = [0.0], [0], tmp_path / "search.json"
+    written = Checkpoint.write
+
+    def write(self: Checkpoint, *where: Any) -> None:
+        written(self, *where)
+        writes[0] += 1
+        now[0] += 0.7
+
+    def watch(history: History, _: int) -> None:
+        now[0] += 1.0
+        if history.asked == 8 * 30:
+            raise Interrupted("enough")
+
+    monkeypatch.setattr(Checkpoint, "write", write)
+    monkeypatch.setattr("workbench.optimize.checkpoint.time.monotonic", lambda: now[0])
+    with pytest.raises(Interrupted, match="enough"):
+        search("n", Cmaes(beam(), 0), ridges(), evaluations=480, penalty=PENALTY,
+               checkpoint=path, watch=watch)  # fmt: skip
+    assert _asked(path) == 8 * 30
+    assert writes[0] == 4, "after 0, 11 and 22 s, and at the end"
 
 
 def test_numbers_that_json_has_no_word_for_are_kept(tmp_path: Path) -> None:

@@ -71,6 +71,24 @@ def test_both_hills_are_found(seed: int) -> None:
     assert worth.max() > 1.9
 
 
+def test_a_long_search_predicts_from_what_is_near_its_centres(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As well as from all of it, and its effort does not grow with it."""
+    sizes: list[int] = []
+
+    class Sized(Surrogate):
+        def __init__(self, described: Points, scores: Points, scales: list[float]) -> None:
+            sizes.append(len(described))
+            super().__init__(described, scores, scales)
+
+    monkeypatch.setattr("workbench.optimize.guided._PREDICTED_FROM", 60)
+    monkeypatch.setattr("workbench.optimize.guided.Surrogate", Sized)
+    _, worth = searched(Guided(cube(), 0, folded), two_hills, 16)
+    assert sizes == [36, 48, *11 * [60]]
+    assert worth.max() > 1.9
+
+
 def test_descriptors_are_worth_more_than_variables() -> None:
     """The same search that learns over the variables finds less with as many evaluations."""
     told = [searched(Guided(cube(), seed, folded), two_hills, 10)[1].max() for seed in range(3)]

@@ -154,3 +154,4 @@ def _show(done: Searched) -> None:
     heads = ["design", *(f"{name} [{unit_of(g.column)[1] or '-'}]" for name, g in GOALS.items())]
     title = f"{done.study.problem.words}: {done.history.asked} evaluations"
     show_table(title, heads, rows)
+    print(f"distance spread of {done.found[0].name}: {done.spread.text()}")

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from workbench.design.problem import Problem
-from workbench.design.small_motions import DESCRIPTORS, descriptors, small_motions
+from workbench.design.small_motions import DESCRIPTORS, descriptors, small_motions, stand
 from workbench.design.variables import ANGLES, SPEED
+from workbench.sim import FALLEN_M
 
 __all__ = ["Description"]
 
-# a shape beyond these by the clamped chain, whose foot does not give, surely cannot stand
-_OVERHANG_M = 0.01
-_SUNK_M = 0.003
 # of the drive: of 3360 hops of 10 s all 1631 beyond 0.8 m rang between 0.89 and 1.12 of it
 _NEAR = 1 / 8
 
@@ -27,7 +27,8 @@ class Description:
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
-        self._beside = [name for name in problem.space.names if name not in ANGLES]
+        self._names = problem.space.names
+        self._beside = [name for name in self._names if name not in ANGLES]
 
     def __call__(self, candidates: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return how they move, and the variables beside the angles.
@@ -36,20 +37,21 @@ class Description:
             candidates: (n, d).
 
         Returns:
-            Descriptors (n, f), NaN where one overhangs its foot, lies on the floor or buckles.
+            Descriptors (n, f), NaN where one does not stand or reaches below its foot.
         """
-        names = self._problem.space.names
-        beside = {name: candidates[:, names.index(name)] for name in self._beside}
-        values = {**self._problem.model.values(), **beside}
-        motions = small_motions(
-            values,
-            candidates[:, : len(ANGLES)],
-            self._problem.shape.length,
-            standing=self._problem.shape.state == "loaded",
+        shape, values = self._problem.shape, self._values(candidates)
+        how = {"length": shape.length, "standing": shape.state == "loaded"}
+        angles = candidates[:, : len(ANGLES)]
+        rest = stand(values, angles, **how)
+        stands = (
+            (np.abs(rest.tip_x) <= np.asarray(values["foot_length"]) / 2)
+            & (rest.tip_z > FALLEN_M)
+            & (rest.lowest > self._problem.strip.thickness / 2)
         )
-        described = np.column_stack([descriptors(motions), *beside.values()])
-        falls = np.abs(motions.tip[:, 0]) > np.asarray(values["foot_length"]) / 2 + _OVERHANG_M
-        described[falls | (motions.lowest < -_SUNK_M) | (motions.omega[:, 0] == 0)] = np.nan
+        motions = small_motions(self._values(candidates[stands]), angles[stands], **how)
+        beside = candidates[stands][:, [self._names.index(name) for name in self._beside]]
+        described = np.full((len(candidates), len(DESCRIPTORS) + len(self._beside)), np.nan)
+        described[stands] = np.column_stack([descriptors(motions), beside])
         return described
 
     def rings_near_drive(self, described: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -68,3 +70,7 @@ class Description:
             speed = described[:, len(DESCRIPTORS) + self._beside.index(SPEED)]
         rising = described[:, DESCRIPTORS.index("rising")]
         return np.abs(rising - np.abs(speed)) < _NEAR * np.abs(speed)
+
+    def _values(self, candidates: NDArray[np.float64]) -> Mapping[str, ArrayLike]:
+        beside = {name: candidates[:, self._names.index(name)] for name in self._beside}
+        return {**self._problem.model.values(), **beside}

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.design.goals import GOALS, PENALTY, Hop
-from workbench.design.problem import START_ANGLE_RAD, Problem
+from workbench.design.problem import Problem
 from workbench.design.uncertainty import altered
 from workbench.errors import InputError
 from workbench.optimize import Evaluation
-from workbench.sim import Condition, Fanout, Outcome, Robot, Simulation, applied, settle, unloaded
+from workbench.sim import Condition, Fanout, Outcome, Robot, Simulation, applied, unloaded
 
 __all__ = ["Objective"]
 
@@ -64,20 +64,13 @@ class Objective:
             for batch, refusal in zip(jobs, refused, strict=True)
         ]
 
-    def possible(self, candidate: NDArray[np.float64]) -> bool:
-        """Return whether a candidate can be bent and stands; nothing is simulated.
+    def bendable(self, candidate: NDArray[np.float64]) -> bool:
+        """Return whether a candidate is inside the bounds and can be bent; nothing is simulated.
 
         Args:
             candidate: (d,) the variables of the problem's space [SI].
         """
-        if self._refusal(candidate) is not None:
-            return False
-        robot = unloaded(applied(self.problem.robot(candidate)))
-        try:
-            self._strip.require_upright(*settle(robot, "free", START_ANGLE_RAD))
-        except InputError:
-            return False
-        return True
+        return self._refusal(candidate) is None
 
     def _refusal(self, candidate: NDArray[np.float64]) -> str | None:
         if not self.problem.space.contains(candidate):

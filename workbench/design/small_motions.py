@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from workbench.sim import parallel_map
 
-__all__ = ["DESCRIPTORS", "SmallMotions", "descriptors", "small_motions"]
+__all__ = ["DESCRIPTORS", "SmallMotions", "Stand", "descriptors", "small_motions", "stand"]
 
 Array = NDArray[np.float64]
 
@@ -53,13 +53,25 @@ class SmallMotions(NamedTuple):
         centre: centre of mass of all but the foot, (n, 2) x, z [m].
         omega: natural frequencies of the slowest modes, (n, 3) [rad/s]; 0 where it would buckle.
         swing: (n, 2, 3) x and z of T in each mode of unit modal mass [kg^-0.5].
-        lowest: height of the strip's lowest point above its root, (n,) [m].
     """
 
     tip: Array
     centre: Array
     omega: Array
     swing: Array
+
+
+class Stand(NamedTuple):
+    """Where n shapes are when their robots stand on the ground; NaN where one would buckle.
+
+    Args:
+        tip_x: of T from the foot's centre, (n,) [m].
+        tip_z: of T above the floor, (n,) [m].
+        lowest: of the strip's joints above the foot's plane, (n,) [m].
+    """
+
+    tip_x: Array
+    tip_z: Array
     lowest: Array
 
 
@@ -74,35 +86,65 @@ def small_motions(
         length: of the beam [m].
         standing: whether the angles are those under gravity, else those of the free strip.
     """
-    rest = np.cumsum(np.atleast_2d(np.asarray(angles, dtype=np.float64)), axis=1)
+    rest, step, shares, masses, weight, hinges = _chain(values, angles, length)
     count = rest.shape[1]
-    step = length / count
-    shares, masses = _bodies(values, rest.shape[0], count)
-    carried = masses @ shares
-    hinges = _hinges(values, rest.shape)
-    weight = np.ascontiguousarray(step * _column(values, "gravity") * carried)
     moved = np.einsum("bj,nb,bk->njk", shares, masses, shares) * step**2
     inertia = np.broadcast_to(masses[:, :1] * step**2 / 12, rest.shape).copy()
     inertia[:, -1:] += _column(values, "top_mass") * step**2 / 12
-    parts = [slice(k, k + _AT_ONCE) for k in range(0, len(rest), _AT_ONCE)]
     moved = np.ascontiguousarray(np.broadcast_to(moved, (len(rest), count, count)))
 
     def ring(at: slice) -> tuple[Array, ...]:
         return _ring(rest[at], hinges[at], weight[at], moved[at], inertia[at], standing)
 
-    rung = parallel_map(ring, parts)
+    rung = parallel_map(ring, _parts(len(rest)))
     phi, squares, modes = (np.concatenate(each) for each in zip(*rung, strict=True))
     turning = step * np.stack([-np.sin(phi), -np.cos(phi)], axis=1)
-    along = step * np.stack([np.cos(phi), -np.sin(phi)], axis=1)
-    root = np.column_stack(
-        [np.broadcast_to(_column(values, "beam_root"), (len(rest), 1)), np.zeros(len(rest))]
-    )
+    points, centre = _curve(phi, step, masses @ shares, masses)
+    root = np.column_stack(np.broadcast_arrays(_column(values, "beam_root"), [[0.0]]))
     return SmallMotions(
-        tip=root + along.sum(axis=2),
-        centre=root + (along * carried[:, None]).sum(axis=2) / masses.sum(axis=1)[:, None],
+        tip=root + points[:, :, -1],
+        centre=root + centre,
         omega=np.sqrt(squares),
         swing=turning @ modes,
-        lowest=np.cumsum(along[:, 1], axis=1).min(axis=1),
+    )
+
+
+def stand(values: Values, angles: ArrayLike, length: float, *, standing: bool = False) -> Stand:
+    """Return where shapes are when their robots stand, the rotor a point at T.
+
+    The foot pitches on the springs of its four corners, a hinge in series with the beam's root.
+
+    Args:
+        values: of the model.
+        angles: (n, N) [rad].
+        length: of the beam [m].
+        standing: whether the angles are those under gravity, else those of the free strip.
+    """
+    rest, step, shares, masses, weight, hinges = _chain(values, angles, length)
+    spring, root = _column(values, "ground_stiffness"), _column(values, "beam_root")
+    rocking = spring * _column(values, "foot_length") ** 2  # [N m/rad]
+    gravity = _column(values, "gravity")
+    load = gravity * masses.sum(axis=1, keepdims=True)  # [N]
+    carried = masses @ shares
+    if standing:
+        x, z = _curve(rest, step, carried, masses)[1].T[:, :, None]
+        phi = rest + load * (root + x) / (rocking - load * z)
+    else:
+        rest = rest + load * root / rocking
+        hinges[:, :1] = 1 / (1 / hinges[:, :1] + 1 / rocking)
+
+        def balanced(at: slice) -> Array:
+            return _balanced(rest[at], hinges[at], weight[at])
+
+        phi = np.concatenate(parallel_map(balanced, _parts(len(rest))))
+    points, centre = _curve(phi, step, carried, masses)
+    pitch = load * (root + centre[:, :1]) / rocking
+    above_foot = points[:, 1] - root * pitch
+    sunk = (load + gravity * _column(values, "foot_mass")) / (4 * spring)
+    return Stand(
+        tip_x=root[:, 0] + points[:, 0, -1],
+        tip_z=above_foot[:, -1] - sunk[:, 0],
+        lowest=above_foot.min(axis=1),
     )
 
 
@@ -123,10 +165,32 @@ def descriptors(motions: SmallMotions) -> Array:
     swapped = modes[2, :, 0] < modes[2, :, 1]
     modes[:, swapped] = modes[:, swapped, ::-1]
     omega, across, along, reach = modes
-    directions = np.stack([across, along], axis=2).reshape(len(x), -1)
+    directions = np.stack([across, along], axis=2).reshape(len(x), 4)
     return np.column_stack(
         [motions.tip, motions.centre, omega, motions.omega[:, 2], directions, reach]
     )
+
+
+def _parts(count: int) -> list[slice]:
+    return [slice(k, k + _AT_ONCE) for k in range(0, max(count, 1), _AT_ONCE)]
+
+
+def _chain(
+    values: Values, angles: ArrayLike, length: float
+) -> tuple[Array, float, Array, Array, Array, Array]:
+    """Return absolute angles of the free strip, an increment's length, bodies, weight, hinges."""
+    rest = np.cumsum(np.atleast_2d(np.asarray(angles, dtype=np.float64)), axis=1)
+    step = length / rest.shape[1]
+    shares, masses = _bodies(values, *rest.shape)
+    weight = np.ascontiguousarray(step * _column(values, "gravity") * (masses @ shares))
+    return rest, step, shares, masses, weight, _hinges(values, rest.shape)
+
+
+def _curve(phi: Array, step: float, carried: Array, masses: Array) -> tuple[Array, Array]:
+    """Return the ends of the increments from the root, (n, 2, N), and the centre, (n, 2) [m]."""
+    along = step * np.stack([np.cos(phi), -np.sin(phi)], axis=1)
+    centre = (along * carried[:, None]).sum(axis=2) / masses.sum(axis=1)[:, None]
+    return np.cumsum(along, axis=2), centre
 
 
 def _column(values: Values, name: str) -> Array:
@@ -173,29 +237,12 @@ def _ring(
     """
     count, size = rest.shape
     phi, squares, modes = rest.copy(), np.zeros((count, _MODES)), np.zeros((count, size, _MODES))
-    pivot, below, step = np.empty(size), np.zeros(size), np.empty(size)
+    pivot, below = np.empty(size), np.zeros(size)
     inner, space, image = np.empty((size, size)), np.empty((size, _SUBSPACE)), np.empty(size)
     for n in range(count):
         k = hinges[n]
-        for _ in range(0 if standing else _ROUNDS):
-            for j in range(size):
-                bend = (rest[n, j] - phi[n, j]) * k[j]
-                if j > 0:
-                    bend -= (rest[n, j - 1] - phi[n, j - 1]) * k[j]
-                step[j] = bend + weight[n, j] * math.cos(phi[n, j])
-                if j + 1 < size:
-                    off = rest[n, j + 1] - phi[n, j + 1] - rest[n, j] + phi[n, j]
-                    step[j] -= off * k[j + 1]
-            _factor(k, weight[n], phi[n], pivot, below)
-            _forward(below, step)
-            for j in range(size):
-                step[j] /= pivot[j]
-            _backward(below, step)
-            longest = max(np.abs(step).max(), _LONGEST_STEP_RAD)
-            for j in range(size):
-                phi[n, j] += step[j] * _LONGEST_STEP_RAD / longest
-            if np.abs(step).max() < _BALANCED_RAD:
-                break
+        if not standing:
+            _balance(rest[n], k, weight[n], phi[n])
         if not _factor(k, weight[n], phi[n], pivot, below):
             continue
         root = np.sqrt(pivot)
@@ -240,6 +287,44 @@ def _ring(
             for i in range(size):
                 modes[n, i, mode] = image[i] / math.sqrt(values[c])
     return phi, squares, modes
+
+
+@numba.njit(nogil=True, cache=True)
+def _balanced(rest: Array, hinges: Array, weight: Array) -> Array:
+    """Return absolute angles under gravity, (n, N) [rad]; NaN where the strip would buckle."""
+    phi, size = rest.copy(), rest.shape[1]
+    pivot, below = np.empty(size), np.zeros(size)
+    for n in range(len(rest)):
+        _balance(rest[n], hinges[n], weight[n], phi[n])
+        if not _factor(hinges[n], weight[n], phi[n], pivot, below):
+            phi[n] = np.nan
+    return phi
+
+
+@numba.njit(cache=True)
+def _balance(rest: Array, k: Array, weight: Array, phi: Array) -> None:
+    """Turn the increments of a shape to where gravity and hinges balance, by Newton's method."""
+    size = len(rest)
+    pivot, below, step = np.empty(size), np.zeros(size), np.empty(size)
+    for _ in range(_ROUNDS):
+        for j in range(size):
+            bend = (rest[j] - phi[j]) * k[j]
+            if j > 0:
+                bend -= (rest[j - 1] - phi[j - 1]) * k[j]
+            step[j] = bend + weight[j] * math.cos(phi[j])
+            if j + 1 < size:
+                off = rest[j + 1] - phi[j + 1] - rest[j] + phi[j]
+                step[j] -= off * k[j + 1]
+        _factor(k, weight, phi, pivot, below)
+        _forward(below, step)
+        for j in range(size):
+            step[j] /= pivot[j]
+        _backward(below, step)
+        longest = max(np.abs(step).max(), _LONGEST_STEP_RAD)
+        for j in range(size):
+            phi[j] += step[j] * _LONGEST_STEP_RAD / longest
+        if np.abs(step).max() < _BALANCED_RAD:
+            break
 
 
 @numba.njit(cache=True)

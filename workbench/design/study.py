@@ -134,7 +134,7 @@ def _guided(objective: Objective, settings: Settings) -> Algorithm:
     problem = objective.problem
     describe = Description(problem)
     return Guided(
-        problem.space, settings.seed, describe, objective.possible, describe.rings_near_drive
+        problem.space, settings.seed, describe, objective.bendable, describe.rings_near_drive
     )
 
 

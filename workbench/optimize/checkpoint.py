@@ -1,4 +1,4 @@
-"""The file that a search goes on from: written whole after each generation, or not at all."""
+"""The file that a search goes on from: written whole, or not at all."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 import os
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,11 +19,13 @@ from workbench.optimize.algorithm import Algorithm, State
 from workbench.optimize.evaluation import Evaluation, candidate_key
 from workbench.optimize.history import Generation, History, Trial
 
-__all__ = ["Checkpoint"]
+__all__ = ["Checkpoint", "CheckpointFile"]
 
 _SCHEMA = "workbench/search-1"
 _HELP = "take another file, or delete it and search anew"
 _LONGEST = 60  # characters of a value in a message
+_SHORT_S = 0.2  # of writing, which nobody minds after each generation
+_PAUSE = 20  # times what writing takes beyond that: 5 % of a long search at most
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,42 @@ class Checkpoint:
             return cls(problem_id, _history(content), content["state"])
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(f"{path}: incomplete, {error!r}; {_HELP}") from None
+
+
+class CheckpointFile:
+    """The file of a running search: written after each generation while that is a short matter.
+
+    The file of 30 000 candidates has 30 MB. So writes that take long are farther apart; `flush`
+    writes what is left.
+
+    Args:
+        path: of the file; None keeps nothing.
+        problem_id: of the objective.
+        algorithm: that searches.
+    """
+
+    def __init__(self, path: Path | None, problem_id: str, algorithm: Algorithm) -> None:
+        self._path, self._problem_id, self._algorithm = path, problem_id, algorithm
+        self._unwritten: Checkpoint | None = None
+        self._due = -math.inf
+
+    def keep(self, history: History) -> None:
+        """Take the state after a generation, and write it unless the last write was just now."""
+        if self._path is None:
+            return
+        self._unwritten = Checkpoint(self._problem_id, history, self._algorithm.state())
+        if time.monotonic() >= self._due:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write the last state that was taken, if it is not in the file."""
+        if self._path is None or self._unwritten is None:
+            return
+        begin = time.monotonic()
+        self._unwritten.write(self._path, self._algorithm)
+        self._unwritten = None
+        end = time.monotonic()
+        self._due = end + _PAUSE * max(end - begin - _SHORT_S, 0.0)
 
 
 def _identity(problem_id: str, algorithm: Algorithm) -> dict[str, Any]:

@@ -38,6 +38,7 @@ _ROUNDS, _CHILDREN, _KEPT = 7, 30, 8  # of an island
 _BOLDNESS = (0.0, 0.5, 1.0, 2.0)  # standard deviations above the mean, islands and picks in turn
 _BETWEEN = (0.5, 1.0)  # where less than three candidates near a centre are asked for
 _LEARNT_AT = (1, 2, 4, 8, 16, 24, 32)  # generation of learning; after that each 16th
+_PREDICTED_FROM = 480  # candidates, those nearest the centres: as many as a default search has
 _CLOSED = 1e6  # taken from the promise of what is far from its centre
 _NEVER = 1e-3  # of the mean variance, as noise of a pick that is taken as it is predicted
 
@@ -115,8 +116,9 @@ class Guided(Algorithm):
             return self._space_filling()
         if self._is_time_to_learn():
             self._scales = learn_scales(self._described, self._scores(), self._scales)
-        surrogate = Surrogate(self._described, self._scores(), self._scales)
         centres = self._drawn_centres()
+        rows = self._nearest(centres)
+        surrogate = Surrogate(self._described[rows], self._scores()[rows], self._scales)
         return self._picked(surrogate, self._islands(surrogate, centres), centres)
 
     def tell(self, candidates: Points, fitness: NDArray[np.float64]) -> None:
@@ -124,7 +126,12 @@ class Guided(Algorithm):
         self._told.append((candidates.copy(), fitness.copy()))
         self._candidates = np.vstack([self._candidates, candidates])
         self._fitness = np.append(self._fitness, fitness)
-        self._described = np.nan_to_num(self._niches.standard(self._candidates))
+        new = np.nan_to_num(self._niches.standard(candidates))
+        self._described = np.vstack([self._described.reshape(-1, new.shape[1]), new])
+        near = _distances(new, self._described) < _NEAR
+        tried = np.append(self._tried, np.zeros(len(new), dtype=np.intp)) + near.sum(axis=0)
+        tried[-len(new) :] = near.sum(axis=1)
+        self._tried = tried
 
     def state(self) -> State:
         """Return the generator, what was told and what was learnt."""
@@ -147,6 +154,7 @@ class Guided(Algorithm):
         self._candidates = np.empty((0, len(self.space)))
         self._fitness = np.empty(0)
         self._described = np.empty((0, 0))
+        self._tried = np.empty(0, dtype=np.intp)  # how many are near each, itself among them
         self._scales: list[float] = []
 
     @property
@@ -193,15 +201,22 @@ class Guided(Algorithm):
 
     def _drawn_centres(self) -> list[int]:
         """Return the rows of the candidates around which a generation goes on."""
-        scores, apart = self._scores(), _distances(self._described, self._described)
+        scores, tried = self._scores(), self._tried.copy()
         scaled = scores / (np.ptp(scores) or 1.0)
-        tried = np.count_nonzero(apart < _NEAR, axis=1)
         drawn: list[int] = []
         for _ in range(self._chosen.population_size - len(_ANYWHERE)):
             seldom = np.sqrt(np.log(len(scores)) / tried)
             drawn.append(int(np.argmax(scaled + self._chosen.curiosity * seldom)))
-            tried[apart[drawn[-1]] < _NEAR] += 1
+            tried[~self._is_far(self._described, drawn[-1])] += 1
         return drawn
+
+    def _nearest(self, centres: list[int]) -> NDArray[np.intp]:
+        """Return the rows of the candidates that are predicted from: all, in a short search."""
+        rows = np.arange(len(self._described))
+        if len(rows) <= _PREDICTED_FROM:
+            return rows
+        apart = _distances(self._described, self._described[sorted(set(centres))]).min(axis=1)
+        return np.sort(np.argsort(apart, kind="stable")[:_PREDICTED_FROM])
 
     def _islands(self, surrogate: Surrogate, drawn: list[int]) -> Points:
         """Return what promises most anywhere and around each centre drawn, (n, d)."""
@@ -227,8 +242,8 @@ class Guided(Algorithm):
             count = len(self._niches.points)
             return self._niches.points[self.generator.integers(count, size=_PARENTS)]
         ranked = np.argsort(-self._scores(), kind="stable")
-        near = _distances(self._described[ranked], self._described[centre, None])[:, 0] < _NEAR
-        return self._candidates[ranked[near][:_PARENTS]]
+        near = ranked[~self._is_far(self._described[ranked], centre)]
+        return self._candidates[near[:_PARENTS]]
 
     def _promises(
         self, surrogate: Surrogate, families: list[Points], islands: list[tuple[int | None, float]]
@@ -250,7 +265,7 @@ class Guided(Algorithm):
     def _is_far(self, described: Points, centre: int | None) -> NDArray[np.bool_]:
         if centre is None:
             return np.zeros(len(described), dtype=bool)
-        return _distances(described, self._described[centre, None])[:, 0] > _NEAR
+        return _distances(described, self._described[centre, None])[:, 0] >= _NEAR
 
     def _picked(self, surrogate: Surrogate, pool: Points, drawn: list[int]) -> Points:
         """Return a generation: each pick the most promising one, given the picks before it."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError, WorkbenchError
 from workbench.optimize.algorithm import Algorithm
-from workbench.optimize.checkpoint import Checkpoint
+from workbench.optimize.checkpoint import Checkpoint, CheckpointFile
 from workbench.optimize.evaluation import Evaluate, Evaluation, candidate_key
 from workbench.optimize.history import Generation, History, Trial
 
@@ -48,7 +48,8 @@ def search(
         evaluate: the objective.
         evaluations: how many candidates may be asked for, generations being whole.
         penalty: fitness of an evaluation that raised or gave no finite number, one for each goal.
-        checkpoint: written after each generation; where it exists, the search goes on from it.
+        checkpoint: written after generations and at the end, however it comes; where it exists,
+            the search goes on from it.
         watch: called after each generation; what it raises ends the search.
 
     Raises:
@@ -56,19 +57,22 @@ def search(
     """
     _require_penalty(penalty, algorithm)
     history = _begin(problem_id, algorithm, checkpoint)
-    while True:
-        begin = time.perf_counter()
-        candidates = algorithm.ask()
-        if not len(candidates) or history.asked + len(candidates) > evaluations:
-            return history
-        trials, new = _try(problem_id, candidates, evaluate, history, tuple(penalty))
-        _tell_fitness(algorithm, candidates, trials)
-        generation = Generation(trials, new, time.perf_counter() - begin)
-        history = replace(history, generations=(*history.generations, generation))
-        if checkpoint:
-            Checkpoint(problem_id, history, algorithm.state()).write(checkpoint, algorithm)
-        if watch:
-            watch(history, evaluations)
+    file = CheckpointFile(checkpoint, problem_id, algorithm)
+    try:
+        while True:
+            begin = time.perf_counter()
+            candidates = algorithm.ask()
+            if not len(candidates) or history.asked + len(candidates) > evaluations:
+                return history
+            trials, new = _try(problem_id, candidates, evaluate, history, tuple(penalty))
+            _tell_fitness(algorithm, candidates, trials)
+            generation = Generation(trials, new, time.perf_counter() - begin)
+            history = replace(history, generations=(*history.generations, generation))
+            file.keep(history)
+            if watch:
+                watch(history, evaluations)
+    finally:
+        file.flush()
 
 
 def _require_penalty(penalty: Sequence[float], algorithm: Algorithm) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager
 from functools import cache
 from typing import Any
@@ -43,7 +44,9 @@ def learn_scales(described: Array, scores: Array, begin: Sequence[float]) -> lis
     with _one_thread(), warnings.catch_warnings():
         # a scale at its bound is an answer: it does not matter
         warnings.simplefilter("ignore", ConvergenceWarning)
-        found = [_process(one).fit(described[best], scores[best]) for one in begins]
+        with ThreadPoolExecutor(len(begins)) as pool:
+            fits = pool.map(lambda one: _process(one).fit(described[best], scores[best]), begins)
+            found = list(fits)
     likeliest = max(found, key=lambda process: process.log_marginal_likelihood_value_)
     return [float(scale) for scale in likeliest.kernel_.theta]
 

@@ -10,7 +10,7 @@ import numpy as np
 from markupsafe import Markup
 
 from workbench.bundle import sha256
-from workbench.design import GOALS, Appraisal, DesignFiles, Problem, Study, appraise
+from workbench.design import GOALS, Appraisal, DesignFiles, DistanceDraws, Problem, Study, appraise
 from workbench.errors import InputError
 from workbench.optimize import History
 from workbench.report.design.experiments import ExperimentTable, Part
@@ -46,6 +46,7 @@ def write_report(
     study: Study,
     history: History,
     found: Sequence[DesignFiles],
+    spread: DistanceDraws,
     versions: Mapping[str, str],
 ) -> None:
     """Write the page; designs hop once more for it, as the model's robot.
@@ -55,6 +56,7 @@ def write_report(
         study: that searched.
         history: of it.
         found: the designs, best first.
+        spread: distances of the best one over start angle, friction and speed.
         versions: of what it was made with, by name.
     """
     problem = study.problem
@@ -65,7 +67,7 @@ def write_report(
         first = None
     sections = [
         ("Warnings", warning_list(_warnings(study, history, first))),
-        ("Result", _numbers(first, best)),
+        ("Result", _numbers(first, best) + _spread(spread)),
         ("Front", _front(study, history, found)),
         ("Path", _paths(first, best)),
         ("Search", _progress(study, history)),
@@ -130,6 +132,13 @@ def _numbers(first: Appraisal | None, best: Appraisal) -> Markup:
         for key, (name, factor, unit, digits) in _ROWS.items()
     ]
     return table(rows, ("", "First shape", "Best design"))
+
+
+def _spread(spread: DistanceDraws) -> Markup:
+    return Markup(
+        "<p>Over all start angles, with friction and speed as uncertain as they are, the best "
+        "design goes {}.</p>"
+    ).format(spread.text())
 
 
 def _values(one: Appraisal | None) -> dict[str, float]:

@@ -7,7 +7,16 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from workbench.design import DesignFiles, Study, found_by, found_object, write_history
+from workbench.design import (
+    VARIED,
+    DesignFiles,
+    DistanceDraws,
+    Study,
+    draw_distances,
+    found_by,
+    found_object,
+    write_history,
+)
 from workbench.optimize import History
 from workbench.report.design.page import write_report
 from workbench.versions import versions
@@ -23,12 +32,15 @@ class Searched:
         study: that searched.
         history: of all candidates.
         found: the best design, or those of the Pareto front, best first.
+        spread: distances of the first of them over start angle, friction and speed, in draws that
+            the search did not use.
         report: HTML page.
     """
 
     study: Study
     history: History
     found: tuple[DesignFiles, ...]
+    spread: DistanceDraws
     report: Path
 
     @property
@@ -38,15 +50,17 @@ class Searched:
 
     def as_json(self) -> dict[str, Any]:
         """Return what the command line prints; units are in the names."""
-        return found_object(self.study, self.history, self.found) | {"report": str(self.report)}
+        found = found_object(self.study, self.history, self.found)
+        return found | {"distance_spread": self.spread.as_json(), "report": str(self.report)}
 
     def __repr__(self) -> str:
-        """Return it in three lines: the search, its best design, the files."""
+        """Return it in four lines: the search, its best design, that design's spread, the files."""
         best = self.found[0]
         values = ", ".join(f"{name} {value:.4g}" for name, value in best.values.items())
         return (
             f"Searched: {self.study.problem.words}, {self.history.asked} evaluations\n"
-            f"  {best.name}: {values}\n  shape: {best.shape}, report: {self.report}"
+            f"  {best.name}: {values}\n  distance spread: {self.spread.text()}\n"
+            f"  shape: {best.shape}, report: {self.report}"
         )
 
 
@@ -59,8 +73,18 @@ def finish_search(study: Study, history: History) -> Searched:
     write_history(study.folder / "history.csv", study, history)
     found = tuple(found_by(study, history, datetime.now().date()))
     page = study.folder / "report.html"
-    write_report(page, study, history, found, versions())
-    return Searched(study, history, found, page)
+    spread = _spread(study, found[0])
+    write_report(page, study, history, found, spread, versions())
+    return Searched(study, history, found, spread, page)
+
+
+def _spread(study: Study, design: DesignFiles) -> DistanceDraws:
+    problem, candidate = study.problem, design.trial.candidate
+    tolerances = {name: getattr(problem.model.parameters, name).tolerance for name in VARIED}
+    job = problem.robot(candidate), problem.condition(candidate)
+    # a robust search drew by its own seed: its best was chosen for those draws, and not for others
+    (spread,) = draw_distances([job], tolerances, seed=study.settings.seed + 1)
+    return spread
 
 
 def search_folder(searches: Path) -> Path:
