@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from workbench.errors import FileFaults, InputError
-from workbench.schemas import MOST_BYTES, SCHEMAS, Protocol, load
+from workbench.schemas import MOST_BYTES, SCHEMAS, ModelFile, Protocol, ShapeFile, load, parse
 from workbench.schemas.tree import MOST_DEPTH, MOST_VALUES
 
 HEAD = "schema: workbench/protocol-1\ntitle: T\n"
@@ -131,3 +131,16 @@ def test_a_long_line_is_shown_around_its_fault(tmp_path: Path) -> None:
     assert "unknown key 'promt'" in head
     assert source[caret.index("^") :].startswith("promt: x")
     assert len(source) < 200
+
+
+def test_a_text_that_was_read_before_gives_the_same_and_faults_in_the_same_places(
+    root: Path,
+) -> None:
+    text = (root / "models/thesis.yaml").read_text("utf-8")
+    first = parse(Path("a.yaml"), text, ModelFile)
+    with pytest.raises(FileFaults, match="this is a model, and a shape is needed here"):
+        parse(Path("b.yaml"), text, ShapeFile)
+    again = parse(Path("c.yaml"), text, ModelFile)
+    assert (again.path, again.content) == (Path("c.yaml"), first.content)
+    fault = again.fault(("parameters",), "here")
+    assert (fault.file, text.splitlines()[fault.line - 1]) == ("c.yaml", "parameters:")

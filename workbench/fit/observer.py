@@ -23,7 +23,16 @@ from workbench.fit.correction import correct, predicted, translations
 from workbench.fit.gain import Gain
 from workbench.sim import Stepper, keep_engine_quiet, parallel_map
 
-__all__ = ["Innovations", "Job", "Observation", "SampleInnovations", "Start", "Together", "observe"]
+__all__ = [
+    "Innovations",
+    "Job",
+    "Observation",
+    "Pose",
+    "SampleInnovations",
+    "Start",
+    "Together",
+    "observe",
+]
 
 Array = NDArray[np.float64]
 
@@ -32,6 +41,20 @@ _LED = 13  # times the steps of a sample: a lead of up to thirteen samples is in
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 _SLIDE, _HINGE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE)
 _CURRENT = int(mujoco.mjtStage.mjSTAGE_VEL)
+
+
+class Pose(NamedTuple):
+    """Where a robot is; fields as those of MjData.
+
+    Args:
+        qpos: (nq,) [m, rad].
+        xpos: (nbody, 3) [m].
+        xmat: (nbody, 9).
+    """
+
+    qpos: Array
+    xpos: Array
+    xmat: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +81,7 @@ class Observation:
     pick_rate: Array | None = None
     delay: Array | None = None
 
-    def of(self, data: mujoco.MjData) -> Array:
+    def of(self, data: mujoco.MjData | Pose) -> Array:
         """Return what is seen of a state without rates, (c,) [unit of the channel]."""
         turns = data.xmat[self.bodies].reshape(-1, 3, 3)
         points = data.xpos[self.bodies] + np.einsum("pij,pj->pi", turns, self.offsets)

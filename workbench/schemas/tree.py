@@ -6,6 +6,7 @@ while the tree is made, each alias for as many as it means, and it is given up a
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 from ruamel.yaml import YAML
@@ -29,8 +30,11 @@ class BeyondBounds(MarkedYAMLError):
     """A file holds more than any of ours; the problem is in words of their own."""
 
 
+@lru_cache(maxsize=16)
 def tree_of(text: str) -> Any:
-    """Return the tree of a text, with line and column marks.
+    """Return the tree of a text, with line and column marks; nobody may change it.
+
+    The last ones are kept: a run reads its model, shape and protocol several times.
 
     Raises:
         BeyondBounds: where it holds too much.

@@ -78,6 +78,10 @@ class Robot:
         """Refuse an unknown state."""
         require_named("state of a beam", self.state, ("unloaded", "loaded"))
 
+    def __hash__(self) -> int:
+        """Return a hash that equal robots have in common."""
+        return hash((frozenset(self.values.items()), self.edits, self.steps_per_sample))
+
     @property
     def hinges(self) -> tuple[Hinge, ...]:
         """Return the beam's chain."""

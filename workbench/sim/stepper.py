@@ -51,7 +51,8 @@ class Stepper:
         self._spans = np.array([_span(batch, name) for name in _PARTS])
         self._forced = np.full_like(batch.state, np.nan) if places_alone else batch.state.copy()
         self._all = np.arange(batch.nsim, dtype=np.int32)
-        chains = [read_chain(model) for model in models]
+        read = {id(model): read_chain(model) for model in {id(one): one for one in models}.values()}
+        chains = [read[id(model)] for model in models]
         self._by_chain = np.array([chain is not None for chain in chains])
         self._only_chains = bool(self._by_chain.all())
         some = next((chain for chain in chains if chain is not None), None)

@@ -21,22 +21,20 @@ from workbench.fit.drive import fit_drive
 from workbench.fit.gain import Modes
 from workbench.fit.measured import MeasuredRun
 from workbench.fit.noise import Coloured, coloured_noise
-from workbench.fit.observer import Observation, Start
+from workbench.fit.observer import Observation, Pose, Start
 from workbench.fit.parameters import Parameter
 from workbench.fit.soundness import clock_words
-from workbench.fit.systems.hopper_model import anchors, coarsen, free_parameters, jacobian
+from workbench.fit.systems.hopper_model import anchors, free_parameters, jacobian
 from workbench.fit.systems.hopper_own import Own, own_of
+from workbench.fit.systems.hopper_rest import held, rest_of
 from workbench.fit.systems.hopper_seen import is_clamped, seen_run
 from workbench.fit.systems.hopper_view import View
 from workbench.motion import ROTOR_ANGLE
 from workbench.sim import (
     EFFECTS,
     SAMPLE_RATE_HZ,
-    Condition,
     Robot,
     applied,
-    at_rest,
-    hold_top,
     mass_matrix,
     moving_dofs,
     settle,
@@ -61,8 +59,6 @@ OF_FLOOR = (
 
 _MODES = 3
 _MOST_STEPS = 136
-_HELD_ROUNDS = 3  # each turns T by less, and the point taken for it with it
-_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 _STIFFNESSES = ("hinge_stiffness", "root_stiffness")
 
 
@@ -248,25 +244,21 @@ class Hopper:
         height = one.height
         if own.height is not None:
             height = max(values.get(own.height, height), 0.0)
-        condition = Condition(one.mode, np.zeros(2), start_angle, height=height)
-        model, data = at_rest(robot, condition)
-        observation = self._observation(run, model, data, view)
+        rest = rest_of(robot, one.mode, start_angle, height, coarse)
+        model, state = rest.model, rest.state
+        observation = self._observation(run, model, rest.pose, view)
         if own.place:
             offset = np.array([values.get(p, p.nominal) for p in own.place])
-            foot = view.matrix @ data.body("foot").xpos[[0, 2]]
-            stood = -foot if self._stood is None else self._stood - observation.of(data)
+            foot = view.matrix @ rest.pose.xpos[model.body("foot").id, [0, 2]]
+            stood = -foot if self._stood is None else self._stood - observation.of(rest.pose)
             bias = stood + offset
-            self._hold(model, data, observation, seen.rest - bias, view)
+            point, (x, z) = observation.offsets[-1].tolist(), (seen.rest - bias).tolist()
+            state = held(rest, view, int(observation.bodies[-1]), tuple(point), (x, z))
         else:
-            bias = seen.rest - observation.of(data)
-        steps = robot.steps_per_sample
-        if coarse:
-            steps = coarsen(model, steps)
-        state = np.empty(mujoco.mj_stateSize(model, _STATE))
-        mujoco.mj_getState(model, data, state, _STATE)
+            bias = seen.rest - observation.of(rest.pose)
         return Start(
             model, state, np.repeat(control[:, None], model.nu, axis=1),
-            replace(observation, bias=bias), steps, lead, anchors(model),
+            replace(observation, bias=bias), rest.steps, lead, anchors(model),
         )  # fmt: skip
 
     def robot_with(self, values: Mapping[Parameter, float]) -> Robot:
@@ -279,7 +271,7 @@ class Hopper:
         return replace(self.robot, values=own, effects=effects)
 
     def _observation(
-        self, run: int, model: mujoco.MjModel, data: mujoco.MjData, view: View
+        self, run: int, model: mujoco.MjModel, data: mujoco.MjData | Pose, view: View
     ) -> Observation:
         """Return what is seen of x and z of T, and before them of a free foot; pitch last.
 
@@ -300,20 +292,6 @@ class Hopper:
         offsets = np.zeros((len(bodies), 3))
         offsets[-1] = data.xmat[bodies[-1]].reshape(3, 3).T @ view.point
         return Observation(bodies, offsets, mix, pick, np.zeros(count))
-
-    @staticmethod
-    def _hold(
-        model: mujoco.MjModel,
-        data: mujoco.MjData,
-        observation: Observation,
-        seen: Array,
-        view: View,
-    ) -> None:
-        """Hold the robot where the point taken for T is seen at a place, (2,) [m]."""
-        place = np.linalg.solve(view.matrix, seen)
-        for _ in range(_HELD_ROUNDS if view.point.any() else 1):
-            point = data.xmat[observation.bodies[-1]].reshape(3, 3) @ observation.offsets[-1]
-            hold_top(model, data, *(place - point[[0, 2]]))
 
     def _own(self, run: int) -> Own:
         first, count = float(self.times(run)[0]), len(self._seen[run].seen)

@@ -61,18 +61,23 @@ def anchors(model: mujoco.MjModel) -> tuple[int, ...]:
     return tuple(width * corner + place for corner in range(CORNERS))
 
 
-def coarsen(model: mujoco.MjModel, steps: int) -> int:
+def coarsen(model: mujoco.MjModel, data: mujoco.MjData, steps: int) -> int:
     """Make a model cheap for derivatives and return its steps a sample.
 
     A little armature on the hinges slows the highest modes, so that longer steps are stable; what
     holds a sticking corner grows softer with the step.
+
+    Args:
+        model: changed.
+        data: of it, used up.
+        steps: of the model a sample.
     """
     hinges = model.jnt_stiffness.reshape(model.njnt, -1)[:, 0] > 0
     ground = bool(model.nuserdata)
     armature = _GROUND_ARMATURE if ground else _COARSE_ARMATURE
     least = _GROUND_STEPS if ground else _COARSE_STEPS
     model.dof_armature[model.jnt_dofadr[hinges]] += armature
-    data = mujoco.MjData(model)
+    mujoco.mj_resetData(model, data)
     mujoco.mj_setConst(model, data)
     mujoco.mj_forward(model, data)
     longest = _COARSE_MARGIN * highest_mode(model, data).longest_step

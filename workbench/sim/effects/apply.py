@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
+
+import mujoco
 
 from workbench.sim.condition import Condition
 from workbench.sim.effects.effect import Build, Effect, Values
 from workbench.sim.effects.library import EFFECTS, effect_values
-from workbench.sim.robot import Edit, Robot
+from workbench.sim.robot import Robot
 from workbench.timeseries import TimeSeries
 
 __all__ = ["applied", "driven", "observed"]
@@ -29,7 +31,7 @@ def applied(robot: Robot, turning: bool = True) -> Robot:
         if effect.alter is not None:
             changed = effect.alter(changed, values)
         if effect.build is not None and (turning or effect.group != "drive"):
-            changed = replace(changed, edits=(*changed.edits, _edit(effect.build, values)))
+            changed = replace(changed, edits=(*changed.edits, _Edit(effect.build, values)))
     return replace(changed, effects={})
 
 
@@ -49,8 +51,18 @@ def observed(motion: TimeSeries, robot: Robot) -> TimeSeries:
     return motion
 
 
-def _edit(build: Build, values: Values) -> Edit:
-    return lambda spec, robot: build(spec, robot, values)
+@dataclass(frozen=True)
+class _Edit:
+    """An effect's change of the MjSpec; equal to another of the same effect and values."""
+
+    build: Build
+    values: Values
+
+    def __call__(self, spec: mujoco.MjSpec, robot: Robot) -> None:
+        self.build(spec, robot, self.values)
+
+    def __hash__(self) -> int:
+        return hash((self.build, frozenset(self.values.items())))
 
 
 def _effects(robot: Robot) -> Iterator[tuple[Effect, dict[str, float]]]:

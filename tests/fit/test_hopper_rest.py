@@ -1,0 +1,79 @@
+"""Robots at rest are kept: a start is the same to the last bit, whatever was asked for before."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.bank.courses import Course
+from tests.fit.filmed import ROBOT, measured, ramp, twin_motion
+from workbench.fit import Hopper, Parameter, Scope
+from workbench.fit.observer import Start
+from workbench.fit.systems.hopper_rest import held, rest_of
+from workbench.sim import applied
+
+K3 = Parameter("hinge_cubic_stiffness k3", "N m/rad^3", 0.0, 20.0, scope=Scope.CANDIDATE)
+TILT = Parameter("camera_tilt tilt", "rad", 0.0, 0.01, scope=Scope.CANDIDATE)
+CANDIDATES = {K3: ("hinge_cubic_stiffness", "k3"), TILT: ("camera_tilt", "tilt")}
+
+
+@pytest.fixture(scope="module")
+def system() -> Hopper:
+    courses = [Course("clamped", 1.0, ramp(13.0)), Course("decay", 1.0, pull=0.4)]
+    courses += [Course("drop", 0.5, height=0.02)]
+    runs = [measured(twin_motion(one), one, k) for k, one in enumerate(courses)]
+    return Hopper(ROBOT, runs, candidates=CANDIDATES)
+
+
+@pytest.fixture(autouse=True)
+def _nothing_kept() -> None:
+    rest_of.cache_clear()
+    held.cache_clear()
+
+
+def numbers(start: Start) -> tuple[bytes, ...]:
+    """Return all that a simulation takes from a start."""
+    model, seen = start.model, start.observation
+    of_model = (model.dof_armature, model.jnt_stiffness, model.numeric_data, model.dof_damping)
+    given = (start.state, start.control, seen.bias, seen.offsets, seen.mix, *of_model)
+    scalars = np.array([start.steps, start.lead, model.opt.timestep, *start.follow])
+    return tuple(each.tobytes() for each in (scalars, *given))
+
+
+@pytest.mark.parametrize("run", range(3), ids=["clamped", "decay", "drop"])
+def test_a_start_is_the_same_whatever_was_asked_for_before(system: Hopper, run: int) -> None:
+    own = system.own[run].every
+    asked = [({}, coarse) for coarse in (False, True)]
+    asked += [({p: p.nominal + p.deviation}, True) for p in (K3, TILT, *own)]
+    fresh = []
+    for values, coarse in asked:
+        rest_of.cache_clear()
+        held.cache_clear()
+        fresh.append(numbers(system.start(run, values, coarse)))
+    rest_of.cache_clear()
+    for _ in range(2):
+        for (values, coarse), expected in zip(asked, fresh, strict=True):
+            assert numbers(system.start(run, values, coarse)) == expected
+    assert len(set(fresh)) == len(asked)
+
+
+def test_an_instant_of_release_or_a_place_of_t_asks_for_no_other_robot(system: Hopper) -> None:
+    late, place = system.own[1].late, system.own[1].place
+    assert late is not None
+    for parameter in (late, *place):
+        system.start(1, {parameter: parameter.deviation}, True)
+    assert (rest_of.cache_info().misses, rest_of.cache_info().hits) == (1, 2)
+    system.start(1, {K3: K3.deviation}, True)
+    system.start(1, {}, False)
+    assert rest_of.cache_info().misses == 3
+
+
+def test_robots_are_equal_by_what_they_are_and_not_by_when_they_were_made() -> None:
+    hidden = {"hinge_cubic_stiffness": {"k3": 40.0}, "root_play": {"gap": 0.002}}
+    one, same = (applied(replace(ROBOT, effects=dict(hidden))) for _ in range(2))
+    assert one == same
+    assert hash(one) == hash(same)
+    other = applied(replace(ROBOT, effects=hidden | {"root_play": {"gap": 0.001}}))
+    assert other != one
