@@ -130,9 +130,9 @@ class Fits:
 
     def base(self) -> Hypothesis:
         """Fit the base within its tolerances."""
-        return self._whole((), {})
+        return self.whole((), {})
 
-    def _whole(self, names: tuple[str, ...], start: Mapping[str, float]) -> Hypothesis:
+    def whole(self, names: tuple[str, ...], start: Mapping[str, float]) -> Hypothesis:
         """Fit a hypothesis by the whole recipe, its inputs made anew.
 
         Args:
@@ -246,7 +246,7 @@ class Fits:
         if self.far(names) and not self.far(near.names):
             others = {p.name for n in near.names for p in self.candidates[n].quantities.values()}
             known = {name: value for name, value in near.values.items() if name in others}
-            return self._whole(tuple(names), known | self._shown)
+            return self.whole(tuple(names), known | self._shown)
         estimator, x = self._estimator(near, self._released(names))
         exact = estimator.residuals_of(near.estimator.innovations(near.x, keep=True), x)
         coarse = replace(estimator, defect=np.zeros(0))
