@@ -166,3 +166,10 @@ def test_as_rare_a_gain_is_greater_where_more_numbers_are_released() -> None:
     assert scipy.stats.chi2.sf(RULES.no_chance(4), 4) == pytest.approx(
         scipy.stats.chi2.sf(RULES.least_gain, 1)
     )
+
+
+def test_no_cause_is_named_beside_one_that_the_seconds_prefer_to_it() -> None:
+    weak, strong = scored("a", gain=300, held=6), scored("b", gain=800, held=-6)
+    found = decide(BASE, [weak, strong], SAMPLES, RULES)
+    assert (found.kind, found.best.names) == ("SET", ("a",))
+    assert found.reason == "a, b cannot be separated by these runs"

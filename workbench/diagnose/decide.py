@@ -143,7 +143,9 @@ def decide(
         reason += f"{' with '.join(best.names)} would explain next to none"
         return Part("NONE", base, (), best.missing, 0.0, reason, compared)
     likelier = [
-        one for one, gained in compared if gained.gain > rules.suspected and gained.held > 0
+        one
+        for one, gained in compared
+        if gained.gain > rules.suspected and (gained.held > 0 or _behind(best, one, rules, repeats))
     ]
     alike, beside = _alike(best, likelier, rules, repeats), ""
     if len(alike) > 1 and single.missing <= 1 and _share(alike, single):
