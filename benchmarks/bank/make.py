@@ -101,7 +101,6 @@ def _made(case: Case) -> Made:
         "seed": case.seed, "attempt": case.attempt,
         "block": case.block, "generator": case.generator, "protocols": case.protocols,
         "noise": case.noise, "kind": case.kind, "reduced": case.reduced,
-        "sized": not case.amounts,
         "drawn_sizes": list(case.sizes),
         "effects": effects, "clutter": clutter, "values": dict(robot.values),
         **told, "expected": expected(case),

@@ -219,7 +219,9 @@ def wait_until_on(tmp_path: Path) -> int:
     while time.monotonic() < deadline:
         time.sleep(0.05)
         cards = list((tmp_path / "runs.live").glob("*.json"))
-        found = bundle_names(tmp_path / "runs") if cards else []
+        names = bundle_names(tmp_path / "runs") if cards else []
+        # the card may come before the manifest
+        found = names and (tmp_path / "runs" / names[-1] / "manifest.json").exists()
         if found and any(event["event"] == "output_on" for event in journal_of(newest(tmp_path))):
             return int(json.loads(cards[0].read_text())["pid"])
     raise AssertionError("the output did not go on")
