@@ -20,6 +20,7 @@ __all__ = ["as_svg", "drawn", "legend"]
 
 _INK = "#010203"  # replaces the page's ink until the SVG is written
 _WIDTH_IN = 7.6
+_PAD = 0.4  # of the font's size, around the figure
 _COLORED = dict.fromkeys(
     ("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color", "grid.color"),
     _INK,
@@ -52,9 +53,11 @@ def drawn(draw: Callable[[Figure], None], height_in: float) -> Figure:
         height_in: height [inch].
     """
     import matplotlib.figure
+    import matplotlib.layout_engine
 
+    tight = matplotlib.layout_engine.TightLayoutEngine(pad=_PAD)
     with matplotlib.rc_context(_STYLE):
-        figure = matplotlib.figure.Figure(figsize=(_WIDTH_IN, height_in), layout="constrained")
+        figure = matplotlib.figure.Figure(figsize=(_WIDTH_IN, height_in), layout=tight)
         draw(figure)
         figure.align_ylabels()
     return figure
