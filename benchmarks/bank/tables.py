@@ -122,7 +122,7 @@ def _by(engines: Mapping[str, int]) -> str:
 def _reduced(judged: Sequence[Judged]) -> str:
     """Return how many cases were reduced, and how many not sized, in words, where any was."""
     short = sum(bool(one.label.get("reduced")) for one in judged)
-    rough = sum(bool(one.truth) and one.label["protocols"] == "S+D+H" and "sizes" not in one.label
+    rough = sum(bool(one.truth) and one.label.get("protocols") == "S+D+H" and "sizes" not in one.label
                 for one in judged)  # fmt: skip
     words = (
         f"; {short} of them reduced to five runs of three seconds without a hop" if short else ""
