@@ -122,8 +122,8 @@ def _by(engines: Mapping[str, int]) -> str:
 def _reduced(judged: Sequence[Judged]) -> str:
     """Return how many cases were reduced, and how many not sized, in words, where any was."""
     short = sum(bool(one.label.get("reduced")) for one in judged)
-    rough = sum(bool(one.truth) and one.label.get("protocols") == "S+D+H" and "sizes" not in one.label
-                for one in judged)  # fmt: skip
+    hops = [one.label for one in judged if one.label.get("protocols") == "S+D+H" and one.truth]
+    rough = sum("sizes" not in label for label in hops)
     words = (
         f"; {short} of them reduced to five runs of three seconds without a hop" if short else ""
     )
