@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from benchmarks.bank.learn import LEARNT, learn, learnt
 from benchmarks.bank.score import judge
+from tests.conftest import ROOT
 from workbench.diagnose.confidence import Confidence, confidence_in
 
-KEPT = Path("docs/reference/bank")
+KEPT = ROOT / "docs" / "reference" / "bank"
 
 
 def judged(verdict: str, causes: list[str], truth: list[str]) -> Any:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.fit import Hopper
+from workbench.fit import Hopper, View
 from workbench.motion import ROTOR, TOP, position
 from workbench.noise import robust_sigma
 
@@ -52,8 +52,7 @@ class Arm:
         if not self.known:
             return seen
         forward, up = self.offset
-        across = (forward * np.sin(seen) + up * np.cos(seen)) / self.radius
-        return np.asarray(seen - np.arcsin(np.clip(across, -1.0, 1.0)))
+        return View(forward=forward, up=up).true_angle(seen, self.radius)
 
     def length(self, seen: Array) -> Array:
         """Return lengths of the arm as seen at angles (n,) about that point [rad], (n,) [m]."""

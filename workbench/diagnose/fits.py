@@ -112,6 +112,7 @@ class Fits:
         self.held = [k for k in runs if rig.roles[k] != "train"]
         self.candidates = {one.name: one for one in rig.candidates}
         self._held: dict[bool, Estimator] = {}
+        self._missing: dict[Hypothesis, float] = {}
         self._deviations: dict[tuple[str, ...], dict[str, float]] = {}
 
     @cached_property
@@ -156,6 +157,11 @@ class Fits:
 
         In units of a gain of practical size; 0 where the hypothesis asks for no more.
         """
+        if one not in self._missing:
+            self._missing[one] = self._missed(one)
+        return self._missing[one]
+
+    def _missed(self, one: Hypothesis) -> float:
         estimator, strong = one.estimator, one.estimator.system.strong
         whole = {
             group: min(q, self.rules.noise_share * strong[group])
