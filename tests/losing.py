@@ -214,8 +214,7 @@ class LossyLine:
         if self._pty:
             self._link.unlink(missing_ok=True)
             ours, self._ours = self._ours, -1
-            os.close(self._theirs)
-            os.close(ours)
+            os.close(ours)  # theirs stays open: a client that looks for it must find no other's
         elif self._listener is not None:
             self._listener.close()
             self._listener = None

@@ -176,7 +176,10 @@ def browser() -> Iterator[Browser]:
             )
         try:
             address = _wait_for(lambda: re.search(r"listening on (ws://\S+)", log.read_text()))
-            with connect(address[1], max_size=None, compression=None) as link:
+            # events pile up while no test asks: a full queue would keep pongs from being read
+            with connect(
+                address[1], max_size=None, max_queue=None, ping_interval=None, compression=None
+            ) as link:
                 yield Browser(link)
         finally:
             process.terminate()

@@ -259,7 +259,7 @@ def test_a_page_that_hears_nothing_says_of_nothing_that_it_is_so(
     tmp_path: Path, device: Device, browser: Browser, panel: Panel, how: str
 ) -> None:
     page = browser.open(panel.url, script=MUTED)
-    client = Client(tmp_path, device, PROTOCOL.replace("duration: 3 s", "duration: 8 s"))
+    client = Client(tmp_path, device, PROTOCOL.replace("duration: 3 s", "duration: 60 s"))
     client.heard_until("voltage")
     page.wait_for(has("#output", "on"))
     page.wait_for(has("#volts", "."))

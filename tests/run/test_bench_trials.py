@@ -292,14 +292,12 @@ def test_a_supply_that_comes_back_under_another_name_is_switched_off(
     words = ["riden", "serial", here, "RD6006", str(tmp_path), "15", "2.5"]
     env = {"PYTHONPATH": str(tmp_path), "PORTS": str(ports)}
     terminal = Terminal([sys.executable, "-c", textwrap.dedent(CLIENT), *words], tmp_path, env)
-    hold: list[tuple[int, int]] = []  # takes the number that becomes free
     try:
         terminal.wait_for("on", 30)
         line.unplug()
         if client == "killed":
             terminal.process.kill()
         time.sleep(1.0)
-        hold += [os.openpty() for _ in range(3)]
         line.plug_in()
         there = os.path.realpath(line.address)
         assert there != here
@@ -312,9 +310,6 @@ def test_a_supply_that_comes_back_under_another_name_is_switched_off(
         terminal.end()
         line.close()
         stranger.close()
-        for ours, theirs in hold:
-            os.close(ours)
-            os.close(theirs)
     log = (tmp_path / "guardian.jsonl").read_text()
     assert f'"event": "found", "address": "{there}"' in log
     assert '"dead": true' in log.splitlines()[-2]

@@ -50,7 +50,7 @@ BEAT_S = 0.25
 FOUND_S = 1.5
 """A panel that is open finds a server that opens within this time [s]."""
 _HELLO_S = 1.0
-_FAREWELL_S = 0.5  # for those who watch to learn how it ended
+_FAREWELL_S = 2.0  # for those who watch to learn how it ended; over as soon as they have
 
 
 class Reply(NamedTuple):
