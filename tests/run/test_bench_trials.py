@@ -377,6 +377,7 @@ def test_the_next_command_of_any_kind_tells_of_an_output_that_may_be_on(
     os.kill(guardian_of(client.bundle)[0]["pid"], 9)
     client.kill("SIGKILL")
     client.end()
+    wait_for(lambda: not any(one.held() for one in client.ledgers()))  # a write ends first
     env = os.environ | {"WORKBENCH_STATE": str(client.state)}
     for words in (["--help"], ["schema", "model"], ["runs", "list"], ["supply", "models"]):
         code = "from workbench.cli import main; main()"
