@@ -26,7 +26,8 @@ from workbench.fit.intervals import Covariance, Interval, covariance, intervals
 from workbench.fit.measured import MeasuredRun, measured_run, measured_runs, paced, same_robot
 from workbench.fit.minimise import ROUGH, Minimum, minimum, soft
 from workbench.fit.noise import coloured_noise
-from workbench.fit.observer import Innovations, Job, Observation, Start, observe
+from workbench.fit.observation import Observation
+from workbench.fit.observer import Innovations, Job, Start, observe
 from workbench.fit.online import LEAST_REST, Estimate, OnlineObserver, PointForces
 from workbench.fit.parameters import Acts, Parameter, ParameterVector, Scope
 from workbench.fit.prediction import predictions

@@ -19,7 +19,7 @@ differences.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
 
@@ -169,7 +169,7 @@ class Estimator:
         for at, found in self._found:
             if np.array_equal(at, x):
                 return found
-        found = observe([self.job(k, x) for k in range(len(self.masks))], self.threads, keep)
+        found = observe((self.job(k, x) for k in range(len(self.masks))), self.threads, keep)
         if keep:
             self._found[:] = [(x.copy(), found), *self._found[: _REMEMBERED - 1]]
         return found
@@ -194,7 +194,7 @@ class Estimator:
         """
         try:
             if self.defect is not None:
-                jobs = [self.job(k, x, coarse=True) for k in range(len(self.masks))]
+                jobs = (self.job(k, x, coarse=True) for k in range(len(self.masks)))
                 coarse = self.residuals_of(observe(jobs, self.threads), x)
                 return coarse + self.defect if len(self.defect) else coarse
             found = self.innovations(x, keep=True)
@@ -240,14 +240,17 @@ class Estimator:
         else:
             inside = (low <= x + steps) & (x + steps <= high)
             ahead, behind = np.where(inside, x + steps, below), x
-        jobs = []
-        for k, i in moves:
-            for end in (ahead, behind) if central else (ahead,):
-                moved = x.copy()
-                moved[i] = end[i]
-                jobs.append(self.job(k, moved, coarse=True))
-        jobs += [] if central else [self.job(k, x, coarse=True) for k in runs]
-        found = [counted(one).ravel() for one in observe(jobs, self.threads)]
+
+        def jobs() -> Iterator[Job]:
+            for k, i in moves:
+                for end in (ahead, behind) if central else (ahead,):
+                    moved = x.copy()
+                    moved[i] = end[i]
+                    yield self.job(k, moved, coarse=True)
+            if not central:
+                yield from (self.job(k, x, coarse=True) for k in runs)
+
+        found = [counted(one).ravel() for one in observe(jobs(), self.threads)]
         if central:
             changes = [a - b for a, b in zip(found[::2], found[1::2], strict=True)]
         else:

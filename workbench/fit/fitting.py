@@ -282,7 +282,7 @@ def _gates(whole: Estimator, x: Array) -> list[Array]:
         x: (p,) the minimiser's numbers [1].
     """
     system, runs = whole.system, range(len(whole.system.names))
-    found = observe([whole.job(k, x, coarse=True) for k in runs], whole.threads)
+    found = observe((whole.job(k, x, coarse=True) for k in runs), whole.threads)
     spread = [robust_sigma(one.error, axis=0) for one in found]
     wild = [_WILD * system.sigma(k) for k in runs]
     lost = [k for k in runs if (_GLITCH * spread[k] > wild[k]).any()]

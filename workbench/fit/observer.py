@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import copy
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -21,18 +21,10 @@ from numpy.typing import NDArray
 
 from workbench.fit.correction import correct, predicted, translations
 from workbench.fit.gain import Gain
+from workbench.fit.observation import Observation
 from workbench.sim import Stepper, keep_engine_quiet, parallel_map
 
-__all__ = [
-    "Innovations",
-    "Job",
-    "Observation",
-    "Pose",
-    "SampleInnovations",
-    "Start",
-    "Together",
-    "observe",
-]
+__all__ = ["Innovations", "Job", "SampleInnovations", "Start", "Together", "observe"]
 
 Array = NDArray[np.float64]
 
@@ -41,61 +33,6 @@ _LED = 13  # times the steps of a sample: a lead of up to thirteen samples is in
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 _SLIDE, _HINGE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE)
 _CURRENT = int(mujoco.mjtStage.mjSTAGE_VEL)
-
-
-class Pose(NamedTuple):
-    """Where a robot is; fields as those of MjData.
-
-    Args:
-        qpos: (nq,) [m, rad].
-        xpos: (nbody, 3) [m].
-        xmat: (nbody, 9).
-    """
-
-    qpos: Array
-    xpos: Array
-    xmat: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Observation:
-    """What is seen of a state, x the places of points on bodies.
-
-        y = p + pick_rate qvel + bias - delay dp/dt,   p = mix x + pick qpos
-
-    Args:
-        bodies: (p,) of the points.
-        offsets: (p, 3) in the bodies' frames [m].
-        mix: (c, 3 p) [unit of the channel by m].
-        pick: (c, nq) [unit of the channel by that of qpos].
-        bias: (c,) [unit of the channel].
-        pick_rate: (c, nv) [unit of the channel by that of qvel]; None where no rate is seen.
-        delay: (c,) [s]; None where nothing is seen late.
-    """
-
-    bodies: NDArray[np.int64]
-    offsets: Array
-    mix: Array
-    pick: Array
-    bias: Array
-    pick_rate: Array | None = None
-    delay: Array | None = None
-
-    def of(self, data: mujoco.MjData | Pose) -> Array:
-        """Return what is seen of a state without rates, (c,) [unit of the channel]."""
-        turns = data.xmat[self.bodies].reshape(-1, 3, 3)
-        points = data.xpos[self.bodies] + np.einsum("pij,pj->pi", turns, self.offsets)
-        return np.asarray(self.mix @ points.ravel() + self.pick @ data.qpos + self.bias)
-
-    @property
-    def rates(self) -> Array:
-        """Return pick_rate, zeros where no rate is seen, (c, nv) [as `pick_rate`]."""
-        return np.zeros_like(self.pick) if self.pick_rate is None else self.pick_rate
-
-    @property
-    def delays(self) -> Array:
-        """Return delay, zeros where nothing is seen late, (c,) [s]."""
-        return np.zeros(len(self.bias)) if self.delay is None else self.delay
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,32 +127,41 @@ class Innovations:
     sane: int
 
 
-def observe(jobs: Sequence[Job], threads: int = 0, keep: bool = False) -> list[Innovations]:
+def observe(jobs: Iterable[Job], threads: int = 0, keep: bool = False) -> list[Innovations]:
     """Return the innovations of many jobs, in their order.
+
+    Where jobs are made as they are asked for, the first are stepped while the next are made.
 
     Args:
         jobs: of any layouts.
         threads: 0 takes all cores.
         keep: whether the states before each correction are kept.
     """
-    groups: dict[tuple[object, ...], list[int]] = {}
-    for i, job in enumerate(jobs):
-        groups.setdefault(job.layout, []).append(i)
-    size = min(_AT_ONCE, -(-len(jobs) // (threads or os.cpu_count() or 1)))
-    chunks = [
-        sorted(members, key=lambda i: len(jobs[i].seen))[a : a + size]
-        for members in groups.values()
-        for a in range(0, len(members), size)
-    ]
+    threads = threads or os.cpu_count() or 1
     done: dict[int, Innovations] = {}
-    results = parallel_map(lambda chunk: _observe([jobs[i] for i in chunk], keep), chunks, threads)
-    for chunk, found in zip(chunks, results, strict=True):
-        done |= dict(zip(chunk, found, strict=True))
-    return [done[i] for i in range(len(jobs))]
+    for found in parallel_map(lambda some: _observe(some, keep), _some(jobs, threads), threads):
+        done |= found
+    return [done[i] for i in range(len(done))]
 
 
-def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
+def _some(jobs: Iterable[Job], threads: int) -> Iterator[dict[int, Job]]:
+    """Yield some jobs of equal layout at a time, by their numbers, as soon as they are enough."""
+    groups: dict[tuple[object, ...], list[tuple[int, Job]]] = {}
+    for numbered in enumerate(jobs):
+        group = groups.setdefault(numbered[1].layout, [])
+        group.append(numbered)
+        if len(group) == 2 * _AT_ONCE:  # the last are kept back, to be shared out evenly
+            yield dict(group[:_AT_ONCE])
+            del group[:_AT_ONCE]
+    size = max(1, min(_AT_ONCE, -(-sum(map(len, groups.values())) // threads)))
+    for group in groups.values():
+        group.sort(key=lambda numbered: len(numbered[1].seen))
+        yield from (dict(group[a : a + size]) for a in range(0, len(group), size))
+
+
+def _observe(numbered: Mapping[int, Job], keep: bool) -> dict[int, Innovations]:
     """Observe jobs of equal layout on the calling thread."""
+    jobs = list(numbered.values())
     together = Together(jobs)
     length = max(len(job.seen) for job in jobs)
     seen = _padded([job.seen for job in jobs], length, np.nan)
@@ -232,16 +178,16 @@ def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
             kept[0][k], kept[1][k] = together.state
         together.correct(seen[:, k], SampleInnovations(*(part[k] for part in found)))
     rates = together.rates(found.slopes)
-    return [
-        Innovations(
+    return {
+        number: Innovations(
             *(part[: len(job.seen), row] for part in found),
             rates=rates[: len(job.seen), row],
             qpos=kept[0][: len(job.seen), row],
             qvel=kept[1][: len(job.seen), row],
             sane=int(min(sane[row], len(job.seen))),
         )
-        for row, job in enumerate(jobs)
-    ]
+        for row, (number, job) in enumerate(numbered.items())
+    }
 
 
 class SampleInnovations(NamedTuple):

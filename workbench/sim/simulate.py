@@ -8,7 +8,7 @@ drive's command and takes the sample.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence, Sized
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache, partial
@@ -124,10 +124,14 @@ def _on_threads(
     return [result for done in parallel_map(work, chunks, threads) for result in done]
 
 
-def parallel_map(work: Callable[[J], R], jobs: Sequence[J], threads: int = 0) -> list[R]:
-    """Return the results of a function for each job, on all cores unless `threads` is given."""
+def parallel_map(work: Callable[[J], R], jobs: Iterable[J], threads: int = 0) -> list[R]:
+    """Return the results of a function for each job, on all cores unless `threads` is given.
+
+    Jobs are taken on the calling thread, all of them at once: the first begin before the last is
+    made.
+    """
     threads = threads or os.cpu_count() or 1
-    if len(jobs) < 2 or threads == 1:
+    if threads == 1 or (isinstance(jobs, Sized) and len(jobs) < 2):
         return [work(job) for job in jobs]
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(work, jobs))

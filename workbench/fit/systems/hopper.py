@@ -21,7 +21,8 @@ from workbench.fit.drive import fit_drive
 from workbench.fit.gain import Modes
 from workbench.fit.measured import MeasuredRun
 from workbench.fit.noise import Coloured, coloured_noise
-from workbench.fit.observer import Observation, Pose, Start
+from workbench.fit.observation import Observation, Pose
+from workbench.fit.observer import Start
 from workbench.fit.parameters import Parameter
 from workbench.fit.soundness import clock_words
 from workbench.fit.systems.hopper_model import anchors, free_parameters, jacobian

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.fit.observer import Pose
+from workbench.fit.observation import Pose
 from workbench.fit.systems.hopper_model import coarsen
 from workbench.fit.systems.hopper_view import View
 from workbench.motion import Mode

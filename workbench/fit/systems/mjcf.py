@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError, did_you_mean
 from workbench.fit.gain import Modes
-from workbench.fit.observer import Observation, Start
+from workbench.fit.observation import Observation
+from workbench.fit.observer import Start
 from workbench.fit.parameters import Acts, Parameter, Scope
 from workbench.fit.systems.mjcf_model import (
     KINDS,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.fit.observer import Observation
+from workbench.fit.observation import Observation
 from workbench.fit.systems.mjcf_runs import Channel, Input
 
 __all__ = [
