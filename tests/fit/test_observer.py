@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.bank.courses import Course
 from tests.fit.filmed import ROBOT, hopper, measured, ramp, twin_motion
-from workbench.fit import Estimator, Hopper, ParameterVector
+from workbench.fit import Estimator, Hopper, ParameterVector, observe
 from workbench.motion import TOP
 from workbench.sim import Condition, simulate
 
@@ -49,6 +49,15 @@ def test_results_are_the_same_bits_for_any_number_of_threads() -> None:
     for a, b in zip(one, three, strict=True):
         assert np.array_equal(a.error, b.error)
         assert np.array_equal(a.information, b.information)
+
+
+def test_jobs_that_are_made_one_by_one_come_back_in_their_order() -> None:
+    one = estimator(system(), SIZE)
+    x = np.full(len(one.vector), 0.1)
+    runs = [k % len(COURSES) for k in range(60)]  # of three layouts, more than wait for the last
+    alone = one.innovations(x)
+    for k, found in zip(runs, observe((one.job(k, x) for k in runs), threads=2), strict=True):
+        assert np.array_equal(found.error, alone[k].error)
 
 
 def test_without_process_noise_it_is_the_simulation() -> None:
