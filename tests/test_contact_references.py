@@ -74,6 +74,13 @@ def test_the_benchmark_prints_its_tables() -> None:
         timeout=600,
     )
     assert done.returncode == 0, done.stderr
-    for head in ("references from rest", "landings", "same state", "static below v_th", "Moreau"):
+    for head in (
+        "references from rest",
+        "landings",
+        "same state",
+        "static below v_th",
+        "Moreau",
+        "4 draws",
+    ):
         assert head in done.stdout
     assert "nan" not in done.stdout

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,9 @@ from numpy.typing import NDArray
 from benchmarks.contact.events import READINGS, Name, solve_events
 from benchmarks.contact.stepping import march
 from benchmarks.contact.twin import begin, dropped, hop, reference, thesis_chain, thesis_robot
+from workbench.design import VARIED, draw_distances
 from workbench.motion import FOOT
+from workbench.schemas import load_model
 from workbench.sim import Condition, sample_times, simulate_all
 
 Array = NDArray[np.float64]
@@ -42,6 +45,7 @@ class Plan(NamedTuple):
         marches: of `stepping`.
         speeds: of the table of readings [rad/s].
         starts: how many angles the rotor starts at where hopping is chaotic.
+        draws: of what the robot may be, at each of the speeds.
     """
 
     seconds: float = 10.0
@@ -49,9 +53,10 @@ class Plan(NamedTuple):
     marches: int = 200
     speeds: tuple[float, ...] = (16.0, 17.0, 18.0, 19.0, 20.0, 21.0)
     starts: int = 12
+    draws: int = 64
 
 
-QUICK = Plan(1.5, 100, 100, (17.0,), 2)
+QUICK = Plan(1.5, 100, 100, (17.0,), 2, 4)
 
 
 def main() -> None:
@@ -64,6 +69,7 @@ def main() -> None:
     print_seconds(plan)
     print_distances(plan)
     print_readings(plan)
+    print_spreads(plan)
 
 
 def events(name: Name, omega: float, plan: Plan, finer: int = 1) -> Array:
@@ -190,6 +196,21 @@ def print_readings(plan: Plan) -> None:
         for which, found in (("twin", ours), ("Moreau", there)):
             low, middle, high = np.percentile(found, [25, 50, 75])
             print(f"{name:20}{which:8}{middle:.3f}, {low:.3f} to {high:.3f}")
+
+
+def print_spreads(plan: Plan) -> None:
+    """Print how the twin's distances spread over what the thesis' robot may be."""
+    model = load_model("thesis", Path()).content.parameters
+    tolerances = {name: getattr(model, name).tolerance for name in VARIED}
+    print(
+        f"\ntwin, distance in {plan.seconds:g} s, {plan.draws} draws of start angle, friction and "
+        "speed within their tolerances: median, the middle nine tenths [m]"
+    )
+    count = len(sample_times(plan.seconds))
+    hops = [(thesis_robot(), Condition("hop", np.full(count, omega))) for omega in plan.speeds]
+    for omega, drawn in zip(plan.speeds, draw_distances(hops, tolerances, plan.draws), strict=True):
+        low, middle, high = (drawn.share(share) for share in (0.05, 0.5, 0.95))
+        print(f"{omega:7g}{middle:z9.3f}{low:z9.3f} to {high:.3f}, {drawn.failed} failed")
 
 
 def started(static: bool, angle: float, plan: Plan) -> Array:
