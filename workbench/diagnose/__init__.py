@@ -39,7 +39,7 @@ from workbench.diagnose.rig import HopperRig, Rig, robot_of
 from workbench.diagnose.rules import Rules
 from workbench.diagnose.soundness import refused
 from workbench.diagnose.validate import Errors, root_mean_square
-from workbench.diagnose.wording import Amount, digits
+from workbench.diagnose.wording import Amount, digits, together
 from workbench.room_exports import exports
 
 if not TYPE_CHECKING:  # a type checker reads the imports

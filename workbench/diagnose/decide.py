@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.rules import Rules
+from workbench.diagnose.wording import together
 
-__all__ = ["Kind", "Part", "Scored", "Versus", "decide", "versus"]
+__all__ = ["Kind", "Part", "Scored", "Versus", "chosen", "decide", "versus"]
 
 Array = NDArray[np.float64]
 Kind = Literal["NAMED", "SET", "PARTIAL", "NONE", "CLEAN", "DATA_FAULT"]
@@ -126,7 +127,7 @@ def decide(
 
     Args:
         base: without causes.
-        tried: with one or two.
+        tried: with causes.
         samples: that the fitted runs have, of all channels.
         rules: of the diagnosis.
         repeats: how often the innovations repeat one another.
@@ -135,12 +136,12 @@ def decide(
         ((one, versus(one, base, repeats)) for one in tried), key=lambda pair: -pair[1].gain
     )
     compared = tuple(found)
-    single, best = _chosen(base, [one for one, _ in compared], samples, rules, repeats)
+    before, best = chosen(base, tried, samples, rules, repeats)
     if best is base:
         return _without(base, compared, samples / repeats, rules)
     if best.missing > 1 and _explained(best, base) < rules.material:
         reason = f"{_missing_words(best.missing)}, and no known cause explains it; "
-        reason += f"{' with '.join(best.names)} would explain next to none"
+        reason += f"{together(best.names)} would explain next to none"
         return Part("NONE", base, (), best.missing, 0.0, reason, compared)
     likelier = [
         one
@@ -148,11 +149,11 @@ def decide(
         if gained.gain > rules.suspected and (gained.held > 0 or _behind(best, one, rules, repeats))
     ]
     alike, beside = _alike(best, likelier, rules, repeats), ""
-    if len(alike) > 1 and single.missing <= 1 and _share(alike, single):
-        others = [name for one in alike for name in one.names if name not in single.names]
+    if len(alike) > 1 and before.missing <= 1 and _share(alike, before):
+        others = [name for one in alike for name in one.names if name not in before.names]
         beside = f"; beside it {' or '.join(others)}, which these runs cannot separate"
-        best, alike = single, (single,)
-    words, explained = " with ".join(best.names), _explained(best, base)
+        best, alike = before, (before,)
+    words, explained = together(best.names), _explained(best, base)
     alone = _influential_run(best, base, rules, repeats)
     kind: Kind
     if len(alike) > 1:
@@ -168,34 +169,43 @@ def decide(
         kind = "NAMED"
         reason = f"{words}: every other cause leaves clearly more unexplained, in runs held out as "
         reason += f"well{beside}"
+        if best.missing > 1:
+            reason += f"; with it {_missing_words(best.missing)} still"
     return Part(kind, best, alike, best.missing, explained, reason, compared)
 
 
-def _chosen(
-    base: Scored, found: Sequence[Scored], samples: int, rules: Rules, repeats: float
+def chosen(
+    base: Scored, tried: Sequence[Scored], samples: int, rules: Rules, repeats: float = 1.0
 ) -> tuple[Scored, Scored]:
-    """Return the best single cause and the best of all that hold; the base where none does.
+    """Return the best of all that hold, and that of one cause less; the base where none does.
+
+    Of every number of causes it is the likeliest that holds beside those before, or in their place.
+    A third and those after it must also gain a share of what those before gain together: a fine
+    sensor sees every trifle.
 
     Args:
         base: without causes.
-        found: hypotheses, that of the greatest gain first.
+        tried: with causes.
         samples: that the fitted runs have, of all channels.
         rules: of the diagnosis.
         repeats: how often the innovations repeat one another.
     """
-    alone = [one for one in found if len(one.names) == 1]
-    single = next((one for one in alone if _holds(one, base, samples, rules, repeats)), base)
-    if single is base:
-        return base, base
-    for pair in (one for one in found if len(one.names) == 2):
-        if set(single.names) < set(pair.names):
-            holds = _holds(pair, single, samples, rules, repeats)
-        else:  # other causes in its place
-            holds = _holds(pair, base, samples, rules, repeats)
-            holds = holds and _behind(single, pair, rules, repeats)
-        if holds:
-            return single, pair
-    return single, single
+    before = best = base
+    found = sorted(tried, key=lambda one: -versus(one, base, repeats).gain)
+    for count in range(1, max((len(one.names) for one in found), default=0) + 1):
+        for one in (one for one in found if len(one.names) == count):
+            if set(best.names) < set(one.names):
+                holds = _holds(one, best, samples, rules, repeats)
+                holds = holds and (count < 3 or _matters(one, best, base, rules, repeats))
+            else:  # other causes in their place
+                holds = _holds(one, base, samples, rules, repeats)
+                holds = holds and _behind(best, one, rules, repeats)
+            if holds:
+                before, best = best, one
+                break
+        if len(best.names) < count:
+            break
+    return before, best
 
 
 def _explained(one: Scored, base: Scored) -> float:
@@ -222,15 +232,24 @@ def _holds(one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: fl
     )
 
 
+def _matters(one: Scored, best: Scored, base: Scored, rules: Rules, repeats: float) -> bool:
+    """Return whether a cause more gains a share of what those before it gain."""
+    gained, more = versus(best, base, repeats).gain, versus(one, best, repeats).gain
+    return more > rules.promising * gained
+
+
 def _behind(one: Scored, other: Scored, rules: Rules, repeats: float) -> bool:
     """Return whether the same seconds put a hypothesis surely behind another."""
     found = versus(other, one, repeats)
     return found.sure >= rules.apart and found.gain + found.held >= rules.suspected
 
 
-def _share(alike: Sequence[Scored], single: Scored) -> bool:
-    """Return whether pairs that are alike have all the same single cause, and differ in another."""
-    return all(len(one.names) == 2 and set(single.names) < set(one.names) for one in alike)
+def _share(alike: Sequence[Scored], before: Scored) -> bool:
+    """Return whether hypotheses that are alike have all of some causes, and differ in one more."""
+    count = len(before.names) + 1
+    return count > 1 and all(
+        len(one.names) == count and set(before.names) < set(one.names) for one in alike
+    )
 
 
 def _influential_run(one: Scored, base: Scored, rules: Rules, repeats: float) -> str | None:

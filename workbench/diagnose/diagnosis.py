@@ -28,7 +28,8 @@ from workbench.diagnose.rules import RULES, Rules
 from workbench.diagnose.screening import Promise
 from workbench.diagnose.soundness import soundness
 from workbench.diagnose.validate import Errors, removed
-from workbench.diagnose.wording import digits
+from workbench.diagnose.wording import digits, together
+from workbench.errors import InputError
 from workbench.progress import Progress, Stage, portion
 
 __all__ = ["Diagnosis", "diagnose"]
@@ -180,10 +181,13 @@ def diagnose(
         threads: of the simulation; 0 takes all cores.
 
     Raises:
-        InputError: when there are too few runs to fit, none to judge by, or a channel in none.
+        InputError: when there are too few runs to fit, none to judge by, or a channel in none; or
+            when the model's file exists.
         DataFault: when so many runs are at fault that the others cannot be judged.
     """
     begin = time.perf_counter()
+    for taken in out.glob(f"{name}-model.*"):  # known before minutes of work, not after
+        raise InputError(f"{taken}: exists; a model is never changed, give another --out")
     progress(Stage("look for faults in the runs", 0.0))
     sound = soundness(rig)
     fits = Fits(rig, rules, progress, threads, {fault.run for fault in sound.faults})
@@ -258,10 +262,10 @@ def _alternatives(fits: Fits, parts: Mapping[str, Part]) -> tuple[Alternative, .
     for part in parts.values():
         listed = {name for one in part.alike for name in one.names}
         for one, gained in part.compared:
-            name = " with ".join(one.names)
+            name = together(one.names)
             if len(one.names) > 1 or name in listed:
                 continue
-            against = "the base" if part.best.names == () else " with ".join(part.best.names)
+            against = "the base" if part.best.names == () else together(part.best.names)
             behind = versus(part.best, one, fits.repeats())
             why = (
                 f"its log-likelihood is {digits(behind.gain + behind.held)} below that of {against}"

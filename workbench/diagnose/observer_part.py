@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.diagnose.candidates import LIMITS, Candidate
-from workbench.diagnose.decide import Part, Scored, decide
+from workbench.diagnose.decide import Part, Scored, chosen, decide
 from workbench.diagnose.findings import Cause, EstimatedQuantity, Refit, quantity_of
 from workbench.diagnose.fits import Fits, Hypothesis
 from workbench.diagnose.linear import beyond
 from workbench.diagnose.screening import Promise
+from workbench.diagnose.wording import together
 from workbench.fit import Scope
 from workbench.progress import Stage
 
@@ -63,26 +64,15 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
     pairs: list[Hypothesis] = []
     if singles and base.cost - singles[0].cost > rules.least_gain:
         first = singles[0]
-        progress(Stage(f"see what each candidate promises beside {first.names[0]}", 0.6))
-        added = [one for one in fits.promises(first) if one.gain > rules.least_gain][
-            : rules.seconds
-        ]
-        for number, one in enumerate(added):
-            share = 0.65 + 0.25 * number / len(added)
-            progress(Stage(f"fit {first.names[0]} with {one.name}", share))
-            pairs.append(fits.refit((*first.names, one.name), first, one))
-        pairs = _weighed(fits, first, pairs)
+        pairs = _weighed(fits, first, _beside(fits, first, 0.6))
         for names, one in fits.pairs_without(first.names[0], base, promises):
-            progress(f"fit {' with '.join(names)}")
+            progress(f"fit {together(names)}")
             pair = fits.refit(names, base, one)
             better = _cost(pair) < _cost(before[first.names])  # at the base's process noise
             pairs.append(fits.weighed(pair) if better else pair)
     tried = [*singles, *pairs]
     progress(Stage("judge by the runs held out", 0.9))
-    scored = {one.names: _scored(fits, one) for one in (base, *tried)}
-    part = decide(
-        scored[()], [scored[one.names] for one in tried], fits.samples(), rules, fits.repeats()
-    )
+    tried, part = _decided(fits, base, tried)
     by_names = {one.names: one for one in (base, *tried)}
     best = by_names[part.best.names]
     causes: list[Cause] = []
@@ -94,6 +84,57 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
     return ObserverPart(
         part, tuple(causes), best, tuple(tried), tuple(promises), _refit(fits, best)
     )
+
+
+def _decided(
+    fits: Fits, base: Hypothesis, tried: Sequence[Hypothesis]
+) -> tuple[list[Hypothesis], Part]:
+    """Return what was tried in the end, and what is decided.
+
+    Where two causes hold together a third is looked for beside them, and so on: a machine with
+    three joints has friction in each.
+
+    Args:
+        fits: of the runs.
+        base: without causes.
+        tried: with one cause or two.
+    """
+    given, tried = (fits.samples(), fits.rules, fits.repeats()), list(tried)
+    before, scored = _scored(fits, base), [_scored(fits, one) for one in tried]
+    count = 1
+    while True:
+        _, best = chosen(before, scored, *given)
+        if len(best.names) <= count:
+            return tried, decide(before, scored, *given)
+        count = len(best.names)
+        at = next(one for one in tried if one.names == best.names)
+        gain = fits.rules.promising * (base.cost - at.cost)
+        more = _weighed(fits, at, _beside(fits, at, least=fits.rules.promised * gain))
+        tried += more
+        scored += [_scored(fits, one) for one in more]
+
+
+def _beside(
+    fits: Fits, first: Hypothesis, begun: float | None = None, least: float = 0.0
+) -> list[Hypothesis]:
+    """Return a hypothesis with one more cause each, those that promise most beside it.
+
+    Args:
+        fits: of the runs.
+        first: with causes.
+        begun: share of the work that is done; None where it is not known.
+        least: gain that a cause must promise, besides one that is no chance.
+    """
+    words, rules = together(first.names), fits.rules
+    fits.progress(Stage(f"see what each candidate promises beside {words}", begun))
+    least = max(least, rules.least_gain)
+    added = [one for one in fits.promises(first) if one.gain > least][: rules.seconds]
+    found = []
+    for number, one in enumerate(added):
+        share = None if begun is None else begun + (0.9 - begun) * number / len(added)
+        fits.progress(Stage(f"fit {together((*first.names, one.name))}", share))
+        found.append(fits.refit((*first.names, one.name), first, one))
+    return found
 
 
 def _again(

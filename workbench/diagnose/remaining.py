@@ -20,6 +20,7 @@ from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.fits import Hypothesis
 from workbench.diagnose.linear import Linear
 from workbench.diagnose.rig import Rig
+from workbench.diagnose.wording import together
 from workbench.fit import ROBUST, Parameter, Scope
 
 __all__ = ["BEYOND", "MOST", "Remaining", "remaining"]
@@ -67,7 +68,7 @@ class Remaining:
     @property
     def name(self) -> str:
         """Return it in words."""
-        return " with ".join(self.names) or "none of them"
+        return together(self.names) or "none of them"
 
     def within(self, parameters: Sequence[Parameter]) -> Array:
         """Return the information on parameters, (p, p) [1]; a prior where no run shows them."""

@@ -20,7 +20,8 @@ class Rules:
     Args:
         shortlist: candidates that are fitted in full.
         seconds: candidates that are fitted beside the best.
-        promising: share of the greatest promised gain that a candidate must promise for that.
+        promising: share of the greatest promised gain that a candidate must promise for that; of
+            the gain of two causes or more that one more beside them must have.
         promised: share of a practical size that it must promise; what is large promises less than
             it holds, for residuals are not straight so far.
         near: share of the best gain within which a candidate's process noise is weighed anew.

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.linear import Linear, edges_of
+from workbench.diagnose.wording import together
 from workbench.fit import Estimator, ParameterVector, Scope
 
 __all__ = ["Promise", "columns_of", "neighbourhood", "pairs_without", "screened"]
@@ -141,7 +142,7 @@ def pairs_without(
     for fall, pair in sorted((one for one in falls if one[0] > least), reverse=True)[:most]:
         after = near.solved(moving((*at, *pair)))
         numbers = dict(zip(near.names, after.x, strict=True))
-        found.append((pair, Promise(" with ".join(pair), fall, 0.0, near, numbers)))
+        found.append((pair, Promise(together(pair), fall, 0.0, near, numbers)))
     return found
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["Amount", "digits"]
+__all__ = ["Amount", "digits", "together"]
 
 _DIGITS = 3
 _WRITTEN_OUT = 1e2, 1e6  # numbers between these need neither point nor power of ten
@@ -22,6 +23,13 @@ def digits(value: float) -> str:
     if _WRITTEN_OUT[0] <= abs(rounded) < _WRITTEN_OUT[1]:
         return f"{rounded:.0f}"
     return f"{value:#.{_DIGITS}g}"
+
+
+def together(names: Sequence[str]) -> str:
+    """Return causes that act together: "a with b", "a, b and c"."""
+    if len(names) < 3:
+        return " with ".join(names)
+    return f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 @dataclass(frozen=True)

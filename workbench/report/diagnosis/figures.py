@@ -194,4 +194,5 @@ def residual_figure(base: Errors, extended: Errors, run: str) -> Figure:
 
 
 def _spoken(names: Sequence[str]) -> str:
-    return " + ".join(name.replace("_", " ") for name in names)
+    words = [name.replace("_", " ") for name in names]
+    return " + ".join(words) if len(words) < 3 else f"{words[-1]} + {len(words) - 1} others"

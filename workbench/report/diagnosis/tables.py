@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from markupsafe import Markup
 
-from workbench.diagnose import DRIVE, Amount, Diagnosis, digits
+from workbench.diagnose import DRIVE, Amount, Diagnosis, digits, together
 from workbench.report.page import table
 from workbench.sim import EFFECTS, Quantity
 
@@ -80,7 +80,7 @@ def refit(found: Diagnosis) -> Markup:
     if not rows:
         return Markup()
     heads = ("Number", "Nominal", "Now", "90 % interval", "Unit", "Of tolerance")
-    holder = " with ".join(_spoken(name) for name in found.best.names)
+    holder = together([_spoken(name) for name in found.best.names])
     words = (
         f"As the model has them beside {holder}." if holder else "As the refitted base has them."
     ) + " Each number was fitted within its tolerance; 1 is a whole one."
