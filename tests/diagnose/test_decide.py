@@ -83,6 +83,18 @@ def test_a_pair_is_taken_where_it_adds_and_is_no_rival_of_its_other_order() -> N
     assert decide(BASE, [single, less], SAMPLES, RULES).best.names == ("a",)
 
 
+def test_a_third_cause_is_taken_where_it_adds_a_share_of_what_two_do() -> None:
+    tried = [scored("a", gain=800), scored("a", "b", gain=1600, seed=2)]
+    found = decide(BASE, [*tried, scored("a", "b", "c", gain=2000, seed=3)], SAMPLES, RULES)
+    assert (found.kind, found.best.names) == ("NAMED", ("a", "b", "c"))
+    assert found.reason.startswith("a, b and c: every other cause")
+    trifle = scored("a", "b", "c", gain=1750, seed=2)
+    assert trifle.cost < tried[1].cost - RULES.practical(SAMPLES)
+    assert decide(BASE, [*tried, trifle], SAMPLES, RULES).best.names == ("a", "b")
+    alone = scored("a", "b", "c", gain=2000, seed=3)  # without two that hold there is no third
+    assert decide(BASE, [tried[0], alone], SAMPLES, RULES).best.names == ("a",)
+
+
 def test_two_others_take_the_place_of_one_where_they_are_surely_ahead() -> None:
     single = scored("a", gain=800)
     surely = scored("b", "c", gain=830, seed=0)
