@@ -198,12 +198,17 @@ class MechanismRig:
             angles: (n,) of each run, not used: a mechanism has inputs [rad].
             threads: 0 takes all cores.
         """
-        return errors_in(self.system(runs, self.base), values or {}, threads) if runs else None
+        if not runs:
+            return None
+        plain = self._of(runs, (), {})
+        return errors_in(self.system(runs, self.base), plain, values or {}, threads)
 
-    def _of(self, runs: Sequence[int], free: Sequence[Free]) -> MjcfSystem:
+    def _of(
+        self, runs: Sequence[int], free: Sequence[Free], given: Mapping[Edit, float] | None = None
+    ) -> MjcfSystem:
         return MjcfSystem(
             self.spec, self.channels, [self.runs[k] for k in runs], self.inputs, free,
-            given=self.given,
+            given=self.given if given is None else given,
         )  # fmt: skip
 
     def _nominal(self) -> tuple[dict[Edit, float], dict[Edit, Free]]:
