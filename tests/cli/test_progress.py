@@ -69,6 +69,16 @@ def test_a_line_appears_after_two_seconds_with_the_time_gone_and_what_a_phase_la
     assert "track, twin  0:05" in kept
 
 
+def test_words_that_are_too_long_leave_room_for_the_share() -> None:
+    terminal = Terminal()
+    terminal.stages(Stage("see what each promises beside " + "a_long_name, " * 9, 0.4))
+    terminal.now += 5
+    line = terminal.shown()
+    assert len(line) <= 100
+    assert "\u2026" in line
+    assert line.endswith("40% 0:05")
+
+
 def test_time_left_follows_the_share_that_is_done() -> None:
     terminal = Terminal()
     told = [within(terminal.stages, f"run {k + 1} of 4: ", k / 4) for k in range(4)]

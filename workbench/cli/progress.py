@@ -82,7 +82,9 @@ class ProgressLine:
         if not self._stage or now - self._first[0] < _QUIET_S:
             return Text("")
         row = Table.grid(padding=(0, 1))
-        cells: list[Text | ProgressBar] = [Text(f"  {self._stage}")]
+        cells: list[Text | ProgressBar] = [
+            Text(f"  {self._stage}", overflow="ellipsis", no_wrap=True)
+        ]
         share = self._stage.share
         if share is None and self._stage.seconds:
             share = min((now - self._began) / self._stage.seconds, 1.0)

@@ -205,7 +205,7 @@ def _gains(found: Diagnosis) -> Markup:
     caption = (
         "Gain in log-likelihood over the refitted base (2 ln of the ratio, fitted runs). Bars and "
         "left numbers: as estimated by one linearisation, before any fit. Diamonds and right "
-        "numbers: when it was fitted; two together where they gain clearly more than one. Green: "
+        "numbers: when it was fitted; several together where they gain more than fewer. Green: "
         "in the answer. Below the threshold it may be chance."
     )
     return _drawn(gain_figure(bars, found.rules.least_gain), "gain", caption)
