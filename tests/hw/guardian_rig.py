@@ -42,9 +42,10 @@ class ProcessorWait:
 
     def _read(self, folder: str) -> dict[Path, int]:
         found: dict[Path, int] = {}
-        for file in Path(folder).glob("*/schedstat"):
-            with suppress(OSError, IndexError):  # the thread has ended
-                found[file] = int(file.read_text().split()[1])
+        with suppress(OSError):  # the process has ended
+            for file in Path(folder).glob("*/schedstat"):
+                with suppress(OSError, IndexError):  # the thread has ended
+                    found[file] = int(file.read_text().split()[1])
         return found
 
     def look(self) -> float:
