@@ -208,7 +208,8 @@ class ControlServer:
         self._show(ended={"kind": kind, "text": text}, question=None)
         deadline = time.monotonic() + _FAREWELL_S
         while self._pages and time.monotonic() < deadline:
-            time.sleep(0.01)
+            with suppress(KeyboardInterrupt):  # another Ctrl-C does not keep them from learning it
+                time.sleep(0.01)
         with suppress(OSError):
             self._listener.shutdown(socket.SHUT_RDWR)  # wakes the thread that accepts
         self._listener.close()
