@@ -6,6 +6,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -121,7 +122,8 @@ class ControllerWatch:
             )
             if state == "ended":
                 return
-            line.send({"pages": self._pages()})
+            with suppress(OSError):  # it has ended: what it said before that is still to be read
+                line.send({"pages": self._pages()})
             if time.monotonic() - looked > 1.0:
                 looked = time.monotonic()
                 self.now = replace(self.now, others=self._newest()[1])

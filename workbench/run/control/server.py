@@ -50,7 +50,7 @@ BEAT_S = 0.25
 FOUND_S = 1.5
 """A panel that is open finds a server that opens within this time [s]."""
 _HELLO_S = 1.0
-_FAREWELL_S = 2.0  # for those who watch to learn how it ended; over as soon as they have
+_FAREWELL_S = 0.5  # for those who watch to learn how it ended
 
 
 class Reply(NamedTuple):
@@ -208,8 +208,7 @@ class ControlServer:
         self._show(ended={"kind": kind, "text": text}, question=None)
         deadline = time.monotonic() + _FAREWELL_S
         while self._pages and time.monotonic() < deadline:
-            with suppress(KeyboardInterrupt):  # another Ctrl-C does not keep them from learning it
-                time.sleep(0.01)
+            time.sleep(0.01)
         with suppress(OSError):
             self._listener.shutdown(socket.SHUT_RDWR)  # wakes the thread that accepts
         self._listener.close()
