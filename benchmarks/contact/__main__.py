@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from benchmarks.contact.events import READINGS, Name, solve_events
 from benchmarks.contact.stepping import march
 from benchmarks.contact.twin import begin, dropped, hop, reference, thesis_chain, thesis_robot
-from workbench.design import VARIED, draw_distances
+from workbench.design import draw_distances, tolerances_of
 from workbench.motion import FOOT
 from workbench.schemas import load_model
 from workbench.sim import Condition, sample_times, simulate_all
@@ -200,8 +200,7 @@ def print_readings(plan: Plan) -> None:
 
 def print_spreads(plan: Plan) -> None:
     """Print how the twin's distances spread over what the thesis' robot may be."""
-    model = load_model("thesis", Path()).content.parameters
-    tolerances = {name: getattr(model, name).tolerance for name in VARIED}
+    tolerances = tolerances_of(load_model("thesis", Path()).content)
     print(
         f"\ntwin, distance in {plan.seconds:g} s, {plan.draws} draws of start angle, friction and "
         "speed within their tolerances: median, the middle nine tenths [m]"
@@ -209,8 +208,11 @@ def print_spreads(plan: Plan) -> None:
     count = len(sample_times(plan.seconds))
     hops = [(thesis_robot(), Condition("hop", np.full(count, omega))) for omega in plan.speeds]
     for omega, drawn in zip(plan.speeds, draw_distances(hops, tolerances, plan.draws), strict=True):
-        low, middle, high = (drawn.share(share) for share in (0.05, 0.5, 0.95))
-        print(f"{omega:7g}{middle:z9.3f}{low:z9.3f} to {high:.3f}, {drawn.failed} failed")
+        found = drawn.as_json()
+        low, high = found["low_m"], found["high_m"]
+        print(
+            f"{omega:7g}{found['median_m']:z9.3f}{low:z9.3f} to {high:.3f}, {drawn.failed} failed"
+        )
 
 
 def started(static: bool, angle: float, plan: Plan) -> Array:

@@ -138,7 +138,7 @@ def simulate(
     """
     import numpy as np
 
-    from workbench.design import VARIED
+    from workbench.design import tolerances_of
     from workbench.schemas import load_model, load_shape
     from workbench.sim import Condition, sample_times
     from workbench.sim import simulate as simulate_robot
@@ -150,8 +150,8 @@ def simulate(
     robot = replace(robot_of(file, beam, parameters, increments), slope=slope)
     command = np.full(len(sample_times(duration)), omega if mode in DRIVEN else 0.0)
     condition = Condition(mode, command, start_angle, _REST_S, pull, height)
-    tolerances = {name: getattr(file.parameters, name).tolerance for name in VARIED}
-    return Simulated(robot, condition, duration, simulate_robot(robot, condition), tolerances)
+    result = simulate_robot(robot, condition)
+    return Simulated(robot, condition, duration, result, tolerances_of(file))
 
 
 def _require(omega: float, duration: float) -> None:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from workbench.design.appraisal import Appraisal, ClampedResonances, appraise, resonances
 from workbench.design.bendable import LEAST_RADIUS_M, BendableStrip
-from workbench.design.distance_draws import DRAWS, VARIED, DistanceDraws, draw_distances
+from workbench.design.distance_draws import DRAWS, DistanceDraws, draw_distances, tolerances_of
 from workbench.design.goals import GOALS, PENALTY, Goal, Hop, goal_named
 from workbench.design.objective import Objective
 from workbench.design.problem import Problem

@@ -14,13 +14,13 @@ import numpy as np
 from workbench.design.uncertainty import Uncertainty, altered
 from workbench.errors import InputError
 from workbench.motion import FOOT
+from workbench.schemas import ModelFile
 from workbench.sim import Condition, Robot, Simulation, attempt_all
 
-__all__ = ["DRAWS", "VARIED", "DistanceDraws", "draw_distances"]
+__all__ = ["DRAWS", "DistanceDraws", "draw_distances", "tolerances_of"]
 
 DRAWS = 16
-VARIED = ("friction_slide", "friction_stick")
-"""Parameters of the model that vary within their tolerances."""
+_VARIED = ("friction_slide", "friction_stick")
 
 _LOW, _HIGH = 0.05, 0.95
 
@@ -61,6 +61,11 @@ class DistanceDraws:
         return f"{low:.0f} to {high:.0f} mm, median {middle:.0f} mm ({draws} draws{lost})"
 
 
+def tolerances_of(model: ModelFile) -> dict[str, float]:
+    """Return the tolerances of a model's parameters that vary, SI."""
+    return {name: getattr(model.parameters, name).tolerance for name in _VARIED}
+
+
 def draw_distances(
     jobs: Sequence[tuple[Robot, Condition]],
     tolerances: Mapping[str, float],
@@ -71,7 +76,7 @@ def draw_distances(
 
     Args:
         jobs: robots and hops; all meet the same departures.
-        tolerances: of the model's parameters that vary, SI.
+        tolerances: of `tolerances_of`, SI.
         draws: of each.
         seed: of the drawing.
     """

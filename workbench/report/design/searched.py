@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from workbench.design import (
-    VARIED,
     DesignFiles,
     DistanceDraws,
     Study,
     draw_distances,
     found_by,
     found_object,
+    tolerances_of,
     write_history,
 )
 from workbench.optimize import History
@@ -80,10 +80,9 @@ def finish_search(study: Study, history: History) -> Searched:
 
 def _spread(study: Study, design: DesignFiles) -> DistanceDraws:
     problem, candidate = study.problem, design.trial.candidate
-    tolerances = {name: getattr(problem.model.parameters, name).tolerance for name in VARIED}
     job = problem.robot(candidate), problem.condition(candidate)
     # a robust search drew by its own seed: its best was chosen for those draws, and not for others
-    (spread,) = draw_distances([job], tolerances, seed=study.settings.seed + 1)
+    (spread,) = draw_distances([job], tolerances_of(problem.model), seed=study.settings.seed + 1)
     return spread
 
 
