@@ -24,7 +24,7 @@ def scored(
     blocks += (-gain - blocks.sum()) / SECONDS
     there = gain / 4 if held is None else held
     runs = (np.full(10, -there / 10), np.full(10, -there / 10))
-    return Scored(names, 0.0, blocks, runs, lack, lack**2)
+    return Scored(names, 0.0, blocks, runs, lack)
 
 
 BASE = scored(lack=20.0, scatter=0.0)
@@ -33,7 +33,7 @@ BASE = scored(lack=20.0, scatter=0.0)
 def test_a_cause_that_all_seconds_prefer_is_named() -> None:
     found = decide(BASE, [scored("a", gain=800), scored("b", gain=300, lack=20)], SAMPLES, RULES)
     assert (found.kind, found.best.names) == ("NAMED", ("a",))
-    assert found.explained == pytest.approx(1 - (0.1 / 20) ** 2)
+    assert found.explained == pytest.approx(1 - 0.1 / 20)
     assert found.reason.startswith("a: every other cause leaves clearly more unexplained")
 
 
@@ -54,7 +54,7 @@ def test_a_gain_of_one_second_alone_is_no_cause() -> None:
     one = scored("a", scatter=0.0)
     blocks = one.blocks.copy()
     blocks[3] = -800.0
-    lucky = Scored(("a",), 0.0, blocks, scored("a", gain=40).held, 0.1, 0.01)
+    lucky = Scored(("a",), 0.0, blocks, scored("a", gain=40).held, 0.1)
     assert versus(lucky, BASE).sure < RULES.sure
     assert decide(BASE, [lucky], SAMPLES, RULES).kind == "NONE"
 
@@ -67,9 +67,16 @@ def test_a_gain_too_small_for_so_many_samples_leaves_a_whole_model_clean() -> No
 
 
 def test_what_is_left_beside_a_cause_is_told() -> None:
-    part = decide(BASE, [scored("a", gain=800, lack=16)], SAMPLES, RULES)
+    part = decide(BASE, [scored("a", gain=800, lack=4)], SAMPLES, RULES)
     assert part.kind == "PARTIAL"
-    assert "explains 36 % of what the model misses" in part.reason
+    assert "a explains 80 % of what the model misses" in part.reason
+    alike = [scored("a", gain=800, lack=4), scored("b", gain=798, seed=1, lack=4)]
+    either = decide(BASE, alike, SAMPLES, RULES)
+    assert (either.kind, len(either.alike)) == ("PARTIAL", 2)
+    assert "a or another like it explains 80 %" in either.reason
+    most = decide(BASE, [scored("a", gain=800, lack=1.5)], SAMPLES, RULES)
+    assert most.kind == "NAMED"
+    assert most.reason.endswith("with it the model misses 1.5 times what a whole one may still")
     none = decide(BASE, [scored("a", gain=800, lack=19)], SAMPLES, RULES)
     assert none.kind == "NONE"
     assert "a would explain next to none" in none.reason
@@ -110,7 +117,7 @@ def test_two_others_take_the_place_of_one_where_they_are_surely_ahead() -> None:
 
 def test_a_number_far_off_is_paid_for_in_full_where_noise_repeats_itself() -> None:
     one, other = scored("a", gain=800), scored("a", gain=790)
-    far = Scored(one.names, 30.0, one.blocks, one.held, one.missing, one.power)
+    far = Scored(one.names, 30.0, one.blocks, one.held, one.missing)
     assert versus(other, far, 9.0).gain == pytest.approx(30 - 10 / 9)
 
 
@@ -129,18 +136,12 @@ def test_noise_that_repeats_itself_counts_less() -> None:
 
 def test_a_cause_that_one_run_alone_supports_is_not_named() -> None:
     one = scored("a", gain=800)
-    base = Scored(
-        (), 0.0, BASE.blocks, BASE.held, BASE.missing, BASE.power, {"first": 0.0, "second": 0.0}
-    )
-    lonely = Scored(
-        one.names, 0.0, one.blocks, one.held, 0.1, 0.01, {"first": -798.0, "second": -2.0}
-    )
+    base = replace(BASE, by_run={"first": 0.0, "second": 0.0})
+    lonely = Scored(one.names, 0.0, one.blocks, one.held, 0.1, {"first": -798.0, "second": -2.0})
     found = decide(base, [lonely], SAMPLES, RULES)
     assert found.kind == "SET"
     assert found.reason == "a may be there, but first alone supports it; repeat that run"
-    shared = Scored(
-        one.names, 0.0, one.blocks, one.held, 0.1, 0.01, {"first": -700.0, "second": -100.0}
-    )
+    shared = Scored(one.names, 0.0, one.blocks, one.held, 0.1, {"first": -700.0, "second": -100.0})
     assert decide(base, [shared], SAMPLES, RULES).kind == "NAMED"
 
 

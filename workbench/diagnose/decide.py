@@ -35,7 +35,6 @@ class Scored:
         blocks: (b,) cost of each second of the fitted runs [1].
         held: (b,) of each run held out, the cost of its seconds [1].
         missing: how much less likely the runs are if nothing is missing, over what counts.
-        power: of the missing force, or of what the drive leaves; its scale is that of the base.
         by_run: fitted run -> its cost.
         frees: names of its causes that free numbers of the model.
         numbers: that its causes release.
@@ -46,7 +45,6 @@ class Scored:
     blocks: Array
     held: tuple[Array, ...]
     missing: float
-    power: float
     by_run: Mapping[str, float] = field(default_factory=dict)
     frees: frozenset[str] = frozenset()
     numbers: int = 1
@@ -106,7 +104,7 @@ class Part:
         alike: hypotheses that explain the same, the best first.
         missing: how much less likely the runs are if nothing but the best is missing, over what
             counts.
-        explained: share of the power of what is missing that the best explains.
+        explained: share of what is missing that the best explains.
         reason: in a sentence.
         compared: of every hypothesis with the base, best first.
     """
@@ -156,12 +154,13 @@ def decide(
     words, explained = together(best.names), _explained(best, base)
     alone = _influential_run(best, base, rules, repeats)
     kind: Kind
-    if len(alike) > 1:
+    if best.missing > 1 and explained < rules.explained:
+        which = words if len(alike) == 1 else f"{words} or another like it"
+        left = f"{100 * explained:.0f} % of what the model misses, not the rest"
+        kind, reason = "PARTIAL", f"{which} explains {left}"
+    elif len(alike) > 1:
         names = ", ".join(dict.fromkeys(name for one in alike for name in one.names))
         kind, reason = "SET", f"{names} cannot be separated by these runs"
-    elif best.missing > 1 and explained < rules.explained:
-        left = f"{100 * explained:.0f} % of what the model misses, not the rest"
-        kind, reason = "PARTIAL", f"{words} explains {left}"
     elif alone is not None:
         kind = "SET"
         reason = f"{words} may be there, but {alone} alone supports it; repeat that run"
@@ -209,8 +208,8 @@ def chosen(
 
 
 def _explained(one: Scored, base: Scored) -> float:
-    """Return the share of the power of what the base misses that a hypothesis explains."""
-    return 1 - one.power / base.power
+    """Return the share of what the base misses that a hypothesis explains."""
+    return 1 - one.missing / base.missing if base.missing > one.missing else 0.0
 
 
 def _holds(one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: float) -> bool:

@@ -51,12 +51,13 @@ def drive_part(fits: Fits, best: Hypothesis) -> DrivePart | None:
     def scored(names: tuple[str, ...]) -> Scored:
         found = solved[names]
         own = found.cost - float(found.blocks.sum())
-        missing = float(found.blocks.sum()) / samples / fits.rules.whole**2
+        power = float(found.blocks.sum()) / samples
+        missing = max(0.0, (power - 1) / (fits.rules.whole**2 - 1))  # beyond the noise
         judged = tuple(held.by_run(held.like(fitted, found))) if fits.held else ()
         runs = zip(fitted.runs, fitted.by_run(found), strict=True)
         by_run = {fits.rig.names[fits.train[k]]: float(blocks.sum()) for k, blocks in runs}
         numbers = sum(len(fitted.quantities[name]) for name in names)
-        return Scored(names, own, found.blocks, judged, missing, missing, by_run, numbers=numbers)
+        return Scored(names, own, found.blocks, judged, missing, by_run, numbers=numbers)
 
     tried = [scored(one) for one in every if one]
     part = decide(scored(()), tried, samples, fits.rules)

@@ -174,14 +174,6 @@ class Fits:
         least = self.rules.practical(self.samples() / self.repeats())
         return max(0.0, float(cost + one.prior - one.cost) / self.repeats() / least)
 
-    def missing_power(self, one: Hypothesis) -> float:
-        """Return the power of the missing force, over what a whole model may miss."""
-        estimator, strong = one.estimator, one.estimator.system.strong
-        return max(
-            ((q / (self.rules.noise_share * strong[group])) ** 2
-             for group, q in estimator.noise.items() if estimator.depends_on(group)), default=1.0,
-        )  # fmt: skip
-
     def samples(self) -> int:
         """Return how many samples the fitted runs have, of all channels."""
         seen = self._nominal.seen

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.diagnose.candidates import LIMITS, Candidate
-from workbench.diagnose.decide import Part, Scored, chosen, decide
+from workbench.diagnose.decide import Part, Scored, chosen, decide, versus
 from workbench.diagnose.findings import Cause, EstimatedQuantity, Refit, quantity_of
 from workbench.diagnose.fits import Fits, Hypothesis
 from workbench.diagnose.linear import beyond
@@ -60,7 +60,7 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
     if hidden:
         singles = _again(fits, base, short, singles)
     before = {one.names: one for one in singles}
-    singles = _weighed(fits, base, singles, hidden)
+    singles = _firm(fits, base, _weighed(fits, base, singles, hidden))
     pairs: list[Hypothesis] = []
     if singles and base.cost - singles[0].cost > rules.least_gain:
         first = singles[0]
@@ -158,10 +158,37 @@ def _again(
         if promised.gain < least or base.cost - one.cost > fits.rules.near * promised.gain:
             continue
         fits.progress(f"fit {promised.name} from a far start")
-        found[number] = min(one, fits.whole(one.names, base.values), key=lambda h: h.cost)
+        found[number] = min(one, fits.whole(one.names, base.values), key=_by_cost)
         if fits.missing(found[number]) <= 1:
             break
     return found
+
+
+def _firm(fits: Fits, base: Hypothesis, singles: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return single causes, best first; one that leads and does not hold is fitted once more.
+
+    A cause far beyond its tolerance is found on a way that is not straight, and a refit ends on it:
+    it leaves something missing, or runs held out refuse what fitted ones gain.
+
+    Args:
+        fits: of the runs.
+        base: that they are gains over.
+        singles: weighed, best first.
+    """
+    if not singles:
+        return []
+    leader, rules = singles[0], fits.rules
+    found = versus(_scored(fits, leader), _scored(fits, base), fits.repeats())
+    little = rules.practical(fits.samples() / fits.repeats(), fits.numbers(leader.names))
+    if found.gain < little or (fits.missing(leader) <= 1 and found.held > 0):
+        return list(singles)
+    fits.progress(f"fit {together(leader.names)} from a far start")
+    again = fits.whole(leader.names, leader.values)
+    return sorted([again, *singles[1:]] if again.cost < leader.cost else singles, key=_by_cost)
+
+
+def _by_cost(one: Hypothesis) -> float:
+    return one.cost
 
 
 def _weighed(
@@ -183,7 +210,7 @@ def _weighed(
     elif gain > fits.rules.least_gain:
         least = gain - max((1 - fits.rules.near) * gain, fits.rules.least_gain)
         found = [fits.weighed(one) if base.cost - one.cost > least else one for one in found]
-    return sorted(found, key=lambda one: one.cost)
+    return sorted(found, key=_by_cost)
 
 
 def _prior(one: Hypothesis) -> float:
@@ -202,8 +229,8 @@ def _scored(fits: Fits, one: Hypothesis) -> Scored:
     names = one.estimator.system.names
     by_run = {name: float(run.sum()) for name, run in zip(names, one.blocks, strict=True)}
     return Scored(
-        one.names, prior, blocks, fits.judged(one), fits.missing(one), fits.missing_power(one),
-        by_run, frozenset(name for name in one.names if fits.frees(name)), fits.numbers(one.names),
+        one.names, prior, blocks, fits.judged(one), fits.missing(one), by_run,
+        frozenset(name for name in one.names if fits.frees(name)), fits.numbers(one.names),
     )  # fmt: skip
 
 
