@@ -62,6 +62,7 @@ class Candidate:
         shows_in: modes of runs.
         confused_with: names of candidates that look alike.
         separated_by: what separates it from those, in words.
+        instead_of: names of candidates that it stands for, so that none of them is beside it.
     """
 
     name: str
@@ -73,6 +74,7 @@ class Candidate:
     shows_in: tuple[str, ...] = ()
     confused_with: tuple[str, ...] = ()
     separated_by: str = ""
+    instead_of: tuple[str, ...] = ()
 
 
 def hopper_base(model: ModelFile, modes: Collection[str]) -> tuple[Parameter, ...]:

@@ -38,6 +38,7 @@ class Scored:
         by_run: fitted run -> its cost.
         frees: names of its causes that free numbers of the model.
         numbers: that its causes release.
+        shared: names of causes that are within it: one number where it has one for each element.
     """
 
     names: tuple[str, ...]
@@ -48,6 +49,7 @@ class Scored:
     by_run: Mapping[str, float] = field(default_factory=dict)
     frees: frozenset[str] = frozenset()
     numbers: int = 1
+    shared: frozenset[str] = frozenset()
 
     @property
     def cost(self) -> float:
@@ -194,17 +196,22 @@ def chosen(
     for count in range(1, max((len(one.names) for one in found), default=0) + 1):
         for one in (one for one in found if len(one.names) == count):
             if set(best.names) < set(one.names):
-                holds = _holds(one, best, samples, rules, repeats)
+                holds = len(best.names) == count - 1 and _holds(one, best, samples, rules, repeats)
                 holds = holds and (count < 3 or _matters(one, best, base, rules, repeats))
+            elif _within(best, one):
+                holds = _holds(one, best, samples, rules, repeats)
             else:  # other causes in their place
                 holds = _holds(one, base, samples, rules, repeats)
                 holds = holds and _behind(best, one, rules, repeats)
             if holds:
                 before, best = best, one
                 break
-        if len(best.names) < count:
-            break
     return before, best
+
+
+def _within(one: Scored, other: Scored) -> bool:
+    """Return whether a hypothesis is a case of another, which has more numbers."""
+    return set(one.names) <= {*other.names, *other.shared}
 
 
 def _explained(one: Scored, base: Scored) -> float:
@@ -278,7 +285,7 @@ def _alike(
             continue
         ahead = versus(one, best, repeats)
         if len(one.names) > len(best.names) and (
-            set(best.names) <= set(one.names) or ahead.gain + ahead.held < rules.suspected
+            _within(best, one) or ahead.gain + ahead.held < rules.suspected
         ):
             continue
         if not _behind(one, best, rules, repeats):

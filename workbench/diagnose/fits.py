@@ -188,6 +188,17 @@ class Fits:
         every = [self.candidates[name] for name in names]
         return sum(len(one.quantities) + len(one.frees) for one in every)
 
+    def parts(self, name: str) -> tuple[str, ...]:
+        """Return the candidates that have a number for each element of one that they share."""
+        every = [self.candidates[one] for one in self.candidates[name].instead_of]
+        return tuple(one.name for one in every if not one.instead_of and not one.frees)
+
+    def shared(self, names: Collection[str]) -> frozenset[str]:
+        """Return the candidates that are cases of some others, which have all of their parts."""
+        return frozenset(
+            name for name in self.candidates if (parts := self.parts(name)) and {*parts} <= {*names}
+        )
+
     def repeats(self) -> float:
         """Return how often innovations repeat one another; 1 where they are white.
 

@@ -223,8 +223,10 @@ class MechanismRig:
             if one.value is not None:
                 given[edit] = one.value
         for one, value, added in found_in(self.file, list(rig_effects(content))):
-            before = FIELDS[one.edit.key].read(self.spec, one.edit.owner)
-            given[one.edit] = value + (given.get(one.edit, before) if added else 0.0)
+            given[one.edit] = value
+            if added and not one.edit.shared:
+                before = FIELDS[one.edit.key].read(self.spec, one.edit.owner)
+                given[one.edit] += given.get(one.edit, before)
         return given, base
 
 

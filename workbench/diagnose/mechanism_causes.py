@@ -13,7 +13,7 @@ from typing import Literal
 
 from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.wording import digits
-from workbench.fit import Edit, Parameter
+from workbench.fit import FIELDS, SHARED, Acts, Edit, Parameter
 from workbench.schemas import RigFile
 from workbench.sim import Group
 
@@ -181,7 +181,7 @@ class RigEffect:
 
     Args:
         section: of the file.
-        owner: joint, body, actuator, channel or input; empty for gravity.
+        owner: joint, body, actuator, channel or input, or those that share it; empty for gravity.
         effect: as the file has it.
         tolerance: how large it may well be [SI].
         kind: what it is.
@@ -196,12 +196,21 @@ class RigEffect:
     @property
     def name(self) -> str:
         """Return the candidate's name."""
-        return f"{self.owner or self.section}_{self.effect}"
+        return f"{self.owner.replace(SHARED, '+') or self.section}_{self.effect}"
 
     @property
     def sentence(self) -> str:
         """Return what a technician reads, with the quantity in braces."""
-        return self.kind.sentence.format(owner=self.owner)
+        if not self.edit.shared:
+            return self.kind.sentence.format(owner=self.owner)
+        *some, last = self.edit.owners
+        owners, quantity = f"{', '.join(some)} and {last}", self.kind.quantity
+        if FIELDS[self.kind.field].acts is not Acts.MODEL:
+            return self.kind.sentence.format(owner=f"{owners} (each)")
+        return (
+            f"{owners} (each): {quantity} is {{{quantity}:size}} {{{quantity}:more|less}} than the "
+            "file says"
+        )
 
     @property
     def edit(self) -> Edit:
@@ -245,6 +254,7 @@ def candidates_of(
                 other.name for other in every if other is not one and _alike(one, other)
             ),
             separated_by=one.kind.separated_by,
+            instead_of=tuple(other.name for other in every if _part_of(other, one)),
         )
         for one in every
     )
@@ -260,6 +270,12 @@ def _freed(parameter: Parameter) -> str:
 
 def _alike(one: RigEffect, other: RigEffect) -> bool:
     """Return whether an effect is said to be confused with another."""
-    same = (one.section, one.owner) == (other.section, other.owner)
-    named = one.kind.confused_with
+    same = one.section == other.section and bool({*one.edit.owners} & {*other.edit.owners})
+    named = (*one.kind.confused_with, one.effect)  # the same of one and of some together
     return (same and other.effect in named) or f"{other.section}.{other.effect}" in named
+
+
+def _part_of(one: RigEffect, other: RigEffect) -> bool:
+    """Return whether an effect is that of one element, or fewer, of those that share another."""
+    alike = (one.section, one.effect) == (other.section, other.effect)
+    return alike and {*one.edit.owners} < {*other.edit.owners}

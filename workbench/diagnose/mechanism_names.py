@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import mujoco
 
 from workbench.diagnose.mechanism_causes import RigEffect, Section, rig_effects
-from workbench.errors import FileFault, FileFaults, did_you_mean
-from workbench.fit import FIELDS, Kind, names_of, units_of
+from workbench.errors import FileFault, FileFaults, InputError, did_you_mean
+from workbench.fit import FIELDS, SHARED, Kind, names_of, units_of
 from workbench.schemas import Document, Location, RigFile
 
 __all__ = ["require_names"]
@@ -45,10 +45,11 @@ def _unknown(file: Document[RigFile], model: mujoco.MjModel) -> Iterator[FileFau
             hint = did_you_mean(name, known)
             yield file.fault(location, f"the model has no {kind} {name!r}{hint}; {there}")
     for section, known in (("channels", content.channels), ("inputs", content.inputs)):
-        for name in getattr(content.effects, section):
-            if name not in known:
-                words = f"no {section[:-1]} {name!r}{did_you_mean(name, known)}"
-                yield file.fault(("effects", section, name), words)
+        for owner in getattr(content.effects, section):
+            for name in owner.split(SHARED):
+                if name not in known:
+                    words = f"no {section[:-1]} {name!r}{did_you_mean(name, known)}"
+                    yield file.fault(("effects", section, owner), words)
 
 
 def _named(content: RigFile) -> Iterator[tuple[Kind, str, Location]]:
@@ -67,7 +68,8 @@ def _named(content: RigFile) -> Iterator[tuple[Kind, str, Location]]:
             yield "joint", joint, ("runs", k, "start", joint)
     for section, kind in _KINDS.items():
         for owner in getattr(content.effects, section):
-            yield kind, owner, ("effects", section, owner)
+            for name in owner.split(SHARED):
+                yield kind, name, ("effects", section, owner)
 
 
 def _units(file: Document[RigFile], model: mujoco.MjModel) -> Iterator[FileFault]:
@@ -116,9 +118,16 @@ def _refusal(one: RigEffect, content: RigFile, model: mujoco.MjModel) -> str | N
             "coulomb_friction: the model's options disable constraints or frictionloss, and "
             "MuJoCo's dry friction is a constraint; enable them in the MJCF file"
         )
+    if len(set(one.edit.owners)) < len(one.edit.owners):
+        return f"{one.owner}: one of them stands twice"
+    if one.section in ("joints", "actuators"):
+        try:
+            units_of(model, (), (), _KINDS[one.section], one.owner)
+        except InputError as error:
+            return str(error)
     if one.section == "channels" and one.effect == "delay":
-        channel = content.channels[one.owner]
-        if channel.quantity != "position":
+        every = [content.channels[owner] for owner in one.edit.owners]
+        if any(channel.quantity != "position" for channel in every):
             return (
                 "delay: only a channel of a place can have one; a delay that all channels share "
                 "is the opposite of an input's"

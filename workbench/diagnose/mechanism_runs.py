@@ -10,9 +10,10 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.diagnose.facts import repeats_from
+from workbench.diagnose.mechanism_causes import rig_effects
 from workbench.diagnose.mechanism_table import Table, require_even
 from workbench.errors import FileFaults, InputError, did_you_mean
-from workbench.fit import Channel, Edit, JointStart, MjcfRun
+from workbench.fit import Channel, Edit, JointStart, MjcfRun, total
 from workbench.noise import white_noise
 from workbench.schemas import Document, Location, RigFile, RigInput, RigStart
 
@@ -228,12 +229,15 @@ def _start(
         (c, one) for c, one in enumerate(channels) if (one.of, one.owner) == ("position", joint)
     )
     offset, scale, delay = (
-        given.get(Edit(field, channel.name), 0.0) for field in ("offset", "scale", "delay")
+        total(given, field, channel.name) for field in ("offset", "scale", "delay")
     )
     values = (measured.values[:, column] - offset) / (1 + scale)
     sigma = float(channel.sigma or 0.0) / abs(1 + scale)
     found = _seen(start, measured, values, sigma)
-    allowed = content.effects.channels.get(channel.name, {})
+    allowed = {
+        one.effect: one.tolerance for one in rig_effects(content)
+        if one.section == "channels" and channel.name in one.edit.owners
+    }  # fmt: skip
     place = np.linalg.norm([
         found.position_deviation, allowed.get("offset", 0.0),
         allowed.get("gain", 0.0) * found.position, allowed.get("delay", 0.0) * found.speed,

@@ -92,7 +92,7 @@ def _decided(
     """Return what was tried in the end, and what is decided.
 
     Where two causes hold together a third is looked for beside them, and so on: a machine with
-    three joints has friction in each.
+    three joints has friction in each. Where elements share a number, they are also given one each.
 
     Args:
         fits: of the runs.
@@ -101,17 +101,42 @@ def _decided(
     """
     given, tried = (fits.samples(), fits.rules, fits.repeats()), list(tried)
     before, scored = _scored(fits, base), [_scored(fits, one) for one in tried]
-    count = 1
+    count, apart = 1, set[tuple[str, ...]]()
     while True:
         _, best = chosen(before, scored, *given)
-        if len(best.names) <= count:
+        at = next((one for one in tried if one.names == best.names), base)
+        more = [] if best.names in apart else _apart(fits, at)
+        apart.add(best.names)
+        if len(best.names) > count:
+            count = len(best.names)
+            gain = fits.rules.promising * (base.cost - at.cost)
+            more += _weighed(fits, at, _beside(fits, at, least=fits.rules.promised * gain))
+        if not more:
             return tried, decide(before, scored, *given)
-        count = len(best.names)
-        at = next(one for one in tried if one.names == best.names)
-        gain = fits.rules.promising * (base.cost - at.cost)
-        more = _weighed(fits, at, _beside(fits, at, least=fits.rules.promised * gain))
         tried += more
         scored += [_scored(fits, one) for one in more]
+
+
+def _apart(fits: Fits, at: Hypothesis) -> list[Hypothesis]:
+    """Return a hypothesis for each of its shared numbers, with a number for each element instead.
+
+    Args:
+        fits: of the runs.
+        at: with causes, or none.
+    """
+    found = []
+    for name in at.names:
+        parts = [fits.candidates[one] for one in fits.parts(name)]
+        if not parts:
+            continue
+        others = (one for one in at.names if one != name)
+        names = (*others, *(one.name for one in parts))
+        fits.progress(f"fit {together(names)}")
+        shared = next(iter(fits.candidates[name].quantities.values()))
+        more = at.values[shared.name] - shared.nominal
+        start = {p.name: p.nominal + more for one in parts for p in one.quantities.values()}
+        found.append(fits.whole(names, at.values | start))
+    return found
 
 
 def _beside(
@@ -231,6 +256,7 @@ def _scored(fits: Fits, one: Hypothesis) -> Scored:
     return Scored(
         one.names, prior, blocks, fits.judged(one), fits.missing(one), by_run,
         frozenset(name for name in one.names if fits.frees(name)), fits.numbers(one.names),
+        fits.shared(one.names),
     )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ deviations, for there a tangent is the slope between two kinks.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -19,7 +19,7 @@ from workbench.diagnose.linear import Linear, edges_of
 from workbench.diagnose.wording import together
 from workbench.fit import Estimator, ParameterVector, Scope
 
-__all__ = ["Promise", "columns_of", "neighbourhood", "pairs_without", "screened"]
+__all__ = ["Promise", "beside", "columns_of", "neighbourhood", "pairs_without", "screened"]
 
 Array = NDArray[np.float64]
 Moving = Callable[[Sequence[str]], Mapping[str, bool]]
@@ -65,7 +65,7 @@ def screened(
         moving: which parameters some candidates let move.
         at: names of the hypothesis' candidates.
     """
-    others = [name for name in candidates if name not in at]
+    others = [name for name in candidates if name not in at and beside(name, at, candidates)]
     near = _slopes(estimator, x, candidates, moving, at)
     before = near.solved(moving(at))
     found = []
@@ -137,13 +137,21 @@ def pairs_without(
     near = promises[0].near
     least = near.fall(moving((*at, leader)))
     others = [name for name in candidates if name not in (*at, leader)]
-    falls = [(near.fall(moving((*at, *pair))), pair) for pair in combinations(others, 2)]
+    others = [name for name in others if beside(name, at, candidates)]
+    pairs = [(a, b) for a, b in combinations(others, 2) if beside(a, [b], candidates)]
+    falls = [(near.fall(moving((*at, *pair))), pair) for pair in pairs]
     found = []
     for fall, pair in sorted((one for one in falls if one[0] > least), reverse=True)[:most]:
         after = near.solved(moving((*at, *pair)))
         numbers = dict(zip(near.names, after.x, strict=True))
         found.append((pair, Promise(together(pair), fall, 0.0, near, numbers)))
     return found
+
+
+def beside(name: str, others: Collection[str], candidates: Mapping[str, Candidate]) -> bool:
+    """Return whether a candidate may be there beside others: none stands for another of them."""
+    own = candidates[name].instead_of
+    return not any(one in own or name in candidates[one].instead_of for one in others)
 
 
 def columns_of(near: Linear, vector: ParameterVector) -> Array:

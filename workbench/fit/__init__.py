@@ -41,7 +41,15 @@ from workbench.fit.systems.hopper import FOOT, Hopper, free_parameters
 from workbench.fit.systems.hopper_view import View
 from workbench.fit.systems.mjcf import MjcfSystem
 from workbench.fit.systems.mjcf_model import Kind, names_of, require_hinges_and_slides, units_of
-from workbench.fit.systems.mjcf_parameters import FIELDS, Edit, Free, compiled, explicit_inertias
+from workbench.fit.systems.mjcf_parameters import (
+    FIELDS,
+    SHARED,
+    Edit,
+    Free,
+    compiled,
+    explicit_inertias,
+    total,
+)
 from workbench.fit.systems.mjcf_runs import Channel, Input, JointStart, MjcfRun
 from workbench.room_exports import exports
 

@@ -38,6 +38,7 @@ from workbench.fit.systems.mjcf_parameters import (
     explicit_inertias,
     owner_of,
     parameter,
+    total,
 )
 from workbench.fit.systems.mjcf_runs import (
     Channel,
@@ -112,19 +113,18 @@ class MjcfSystem:
         self.free, self.per_joint, self.most_modes = tuple(free), per_joint, modes
         self.sample_s = common_sample(self.runs)
         self._check_names()
-        for edit, value in self.given.items():
-            edit.apply(self.spec, value)
+        for edit in sorted(self.given, key=lambda one: one.shared):
+            edit.apply(self.spec, self.given[edit])
         self.model = compiled(self.spec) if self.given else self.model
         self.edits: dict[Parameter, Edit] = dict(
             parameter(
                 self.spec,
                 one,
                 units_of(self.model, self.channels, self.inputs, owner_of(one), one.owner),
-                self.given.get(Edit(one.field, one.owner), 0.0),
+                self.given.get(one.edit, 0.0),
             )
             for one in self.free
         )
-        self._of_edit = {edit: p for p, edit in self.edits.items()}
         self._of_run = tuple(self._run_parameters(k) for k in range(len(self.runs)))
         self._first = tuple(self._first_sample(k) for k in range(len(self.runs)))
         self._sigma = channel_noise(self.channels, self.runs)
@@ -244,9 +244,9 @@ class MjcfSystem:
         steps = max(1, int(np.ceil(self.sample_s / spec.option.timestep - 1e-9)))
         steps = -(-steps // _COARSE) if coarse else steps
         spec.option.timestep = self.sample_s / steps
-        for one, edit in self.edits.items():
+        for one in sorted(self.edits, key=lambda p: self.edits[p].shared):
             if values.get(one, one.nominal) != one.nominal:
-                edit.apply(spec, values[one])
+                self.edits[one].apply(spec, values[one])
         try:
             model = spec.compile()
         except ValueError as error:
@@ -319,9 +319,8 @@ class MjcfSystem:
 
     def _number(self, key: str, owner: str, values: Mapping[Parameter, float]) -> float:
         """Return the value of a field that is no part of the spec."""
-        edit = Edit(key, owner)
-        found = self._of_edit.get(edit)
-        return self.given.get(edit, 0.0) if found is None else values.get(found, found.nominal)
+        now = {edit: values.get(p, p.nominal) for p, edit in self.edits.items()}
+        return total(self.given | now, key, owner)
 
     def _observation(self, model: mujoco.MjModel, values: Mapping[Parameter, float]) -> Observation:
         return observation_of(
@@ -370,13 +369,13 @@ class MjcfSystem:
         wanted += [("actuator", i.actuator) for i in self.inputs]
         wanted += [("joint", joint) for run in self.runs for joint in run.start]
         asked = [*self.free, *(Free(one.key, one.owner, 0.0) for one in self.given)]
-        wanted += [(owner_of(one), one.owner) for one in asked]
+        wanted += [(owner_of(one), name) for one in asked for name in one.edit.owners]
         for kind, name in wanted:
             if name not in have[kind]:
                 there = ", ".join(have[kind]) or "none with a name"
                 hint = did_you_mean(name, have[kind])
                 raise InputError(f"there is no {kind} {name!r}{hint}; there are {there}")
-        late = {one.owner for one in asked if one.field == "delay"}
+        late = {name for one in asked if one.field == "delay" for name in one.edit.owners}
         for channel in self.channels:
             if channel.name in late and channel.of == "speed":
                 raise InputError(

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError
 from workbench.fit.observation import Observation
+from workbench.fit.systems.mjcf_parameters import SHARED
 from workbench.fit.systems.mjcf_runs import Channel, Input
 
 __all__ = [
@@ -149,13 +150,31 @@ def units_of(
 ) -> dict[str, str]:
     """Return the units of force `F`, place `L`, inertia `I` and `control` of an element.
 
+    Those that share a number must have the same.
+
     Args:
         model: that has it.
         channels: of the runs.
         inputs: of the runs.
         kind: of the element: a joint, an actuator, a channel, an input or another.
-        owner: its name.
+        owner: its name, or those that share a number.
+
+    Raises:
+        InputError: where some turn and others slide.
     """
+    first, *others = (_units_of(model, channels, inputs, kind, one) for one in owner.split(SHARED))
+    if any(one != first for one in others):
+        raise InputError(f"{owner}: some turn and others slide; what they share has one unit")
+    return first
+
+
+def _units_of(
+    model: mujoco.MjModel,
+    channels: Sequence[Channel],
+    inputs: Sequence[Input],
+    kind: str,
+    owner: str,
+) -> dict[str, str]:
     rate = ""
     if kind == "channel":
         channel = next(one for one in channels if one.name == owner)

@@ -3,6 +3,8 @@
 A `Field` says how a number is read from a spec and written to it; `parameter` makes a `Parameter`
 of it together with the `Edit` that applies its value. Fields of the drive and of channels have
 nothing to write: `mjcf` reads their values when it makes the controls and the observation.
+
+Elements may share a number, `hip + knee`: it comes on top of what each of them has.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from workbench.fit.parameters import Acts, Parameter, Scope
 
 __all__ = [
     "FIELDS",
+    "SHARED",
     "Edit",
     "Field",
     "Free",
@@ -26,7 +29,11 @@ __all__ = [
     "explicit_inertias",
     "owner_of",
     "parameter",
+    "total",
 ]
+
+SHARED = " + "
+"""Between the names of elements that share a number."""
 
 Owner = Literal["body", "joint", "actuator", "gravity", "input", "channel"]
 Read = Callable[[mujoco.MjSpec, str], float]
@@ -68,7 +75,7 @@ class Free:
 
     Args:
         field: key of `FIELDS`.
-        owner: name of the element; empty for gravity.
+        owner: name of the element, or those that share it; empty for gravity.
         deviation: of its prior [SI].
         scope: whether it belongs to the model or to a candidate that extends it.
         flat: whether its prior is left out of the likelihood.
@@ -80,19 +87,41 @@ class Free:
     scope: Scope = Scope.MODEL
     flat: bool = False
 
+    @property
+    def edit(self) -> Edit:
+        """Return what it changes."""
+        return Edit(self.field, self.owner)
+
 
 @dataclass(frozen=True)
 class Edit:
-    """What a parameter changes: a field, by its key, of one element."""
+    """What a parameter changes: a field, by its key, of one element, or of some alike."""
 
     key: str
     owner: str
 
+    @property
+    def owners(self) -> tuple[str, ...]:
+        """Return the names of the elements."""
+        return tuple(self.owner.split(SHARED))
+
+    @property
+    def shared(self) -> bool:
+        """Return whether it comes on top of what some elements have; such edits come last."""
+        return len(self.owners) > 1
+
     def apply(self, spec: mujoco.MjSpec, value: float) -> None:
-        """Write the value into a spec, if it belongs there."""
-        write = FIELDS[self.key].write
-        if write is not None:
-            write(spec, self.owner, value)
+        """Write the value into a spec, if it belongs there; what is shared is added."""
+        field = FIELDS[self.key]
+        if field.write is None:
+            return
+        for owner in self.owners:
+            field.write(spec, owner, value + (field.read(spec, owner) if self.shared else 0.0))
+
+
+def total(given: Mapping[Edit, float], key: str, owner: str) -> float:
+    """Return what edits make of a field that no spec has, of one element; zero where none does."""
+    return sum(v for edit, v in given.items() if edit.key == key and owner in edit.owners)
 
 
 def owner_of(free: Free) -> Owner:
@@ -336,11 +365,14 @@ def parameter(
             f"{free.owner} {free.field}: the model's options disable constraints or frictionloss, "
             "and MuJoCo's dry friction is a constraint; enable them in the MJCF file"
         )
-    nominal = given if field.acts in _OUTSIDE else field.read(spec, free.owner)
+    edit, nominal, least = free.edit, given, field.low
+    if field.acts not in _OUTSIDE:
+        stated = [field.read(spec, owner) for owner in edit.owners]
+        nominal, least = (0.0, field.low - min(stated)) if edit.shared else (stated[0], field.low)
     wide = field.owner != "body" and free.deviation >= nominal  # zero is near, logarithms far
-    positive = nominal > 0 and field.low == 0 and not wide
+    positive = nominal > 0 and least == 0 and not wide
     reach = field.reach * free.deviation
-    low, high = max(field.low, nominal - reach), nominal + reach
+    low, high = max(least, nominal - reach), nominal + reach
     if positive:
         low, high = nominal / _STEEP, nominal * _STEEP
     unit = field.unit
@@ -349,4 +381,4 @@ def parameter(
     name = f"{free.owner} {free.field}".strip()
     found = Parameter(name, unit, nominal, free.deviation, low, high, free.scope, field.acts,
                       positive=positive, flat=free.flat)  # fmt: skip
-    return found, Edit(free.field, free.owner)
+    return found, edit
