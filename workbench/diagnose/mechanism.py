@@ -223,10 +223,11 @@ class MechanismRig:
             if one.value is not None:
                 given[edit] = one.value
         for one, value, added in found_in(self.file, list(rig_effects(content))):
-            given[one.edit] = value
+            before = 0.0
             if added and not one.edit.shared:
                 before = FIELDS[one.edit.key].read(self.spec, one.edit.owner)
-                given[one.edit] += given.get(one.edit, before)
+                before = given.get(one.edit, before)
+            given[one.edit] = before + value
         return given, base
 
 

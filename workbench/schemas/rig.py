@@ -193,7 +193,10 @@ class RigRun(Section):
 
 
 class RigEffects(Section):
-    """Which causes come into question, each with how large it may well be, SI."""
+    """Which causes come into question, each with how large it may well be, SI.
+
+    Elements that share one number are named together: `hip + knee`.
+    """
 
     joints: dict[str, dict[JointEffect, Size]] = {}
     bodies: dict[str, dict[BodyEffect, Size]] = {}
@@ -208,11 +211,11 @@ class RigFound(Section):
     """A cause that a diagnosis found: part of the model from then on."""
 
     cause: str
-    """Owner and effect: `pivot_coulomb_friction`."""
+    """Owner and effect: `pivot_coulomb_friction`, `hip+knee_coulomb_friction`."""
     parameters: dict[str, Number]
     """Quantity -> value, SI. A number of the MJCF file is given whole, under its name
-    (`frictionloss`); `k`, `k2`, `k3`, `shift`, `d`, `d2`, `d3`, `friction` and `mass`, of older
-    files, are added to it."""
+    (`frictionloss`), one that elements share as what comes on top; `k`, `k2`, `k3`, `shift`, `d`,
+    `d2`, `d3`, `friction` and `mass`, of older files, are added to it."""
     standard_errors: dict[str, Annotated[float, Field(ge=0)]] = {}
     diagnosis: str | None = None
     """The diagnosis it came from."""
