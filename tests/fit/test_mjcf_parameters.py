@@ -154,7 +154,7 @@ EVERYTHING = """
 </mujoco>
 """
 OWNERS = {"body": "b", "joint": "hinge", "actuator": "servo", "gravity": ""}
-OF_MODEL = [key for key, field in FIELDS.items() if field.acts is Acts.MODEL]
+OF_MODEL = [key for key, field in FIELDS.items() if field.acts is Acts.MODEL and not field.adds]
 
 
 def test_explicit_inertias_compile_to_the_same_model():
@@ -192,6 +192,29 @@ def test_an_edit_at_the_nominal_value_changes_nothing():
         found, edit = parameter(spec, Free(key, OWNERS[FIELDS[key].owner], 0.1), HINGE)
         edit.apply(changed, found.nominal)
         assert accelerations(changed) == pytest.approx(accelerations(spec), rel=1e-9), key
+
+
+def test_a_gear_adds_a_joint_that_bends_by_its_compliance():
+    spec, rigid = explicit_inertias(mujoco.MjSpec.from_string(EVERYTHING))
+    edit = Edit("compliance", "hinge")
+    edit.apply(spec, 0.0)  # as stiff as the step shows
+    stiff = spec.compile()
+    found, _ = parameter(spec, Free("compliance", "hinge", 0.01), HINGE)
+    assert found.nominal == found.low == pytest.approx((0.002 / 0.5) ** 2 / 0.02)
+    edit.apply(spec, 0.05)
+    model = spec.compile()
+    gear = model.joint("hinge gear")
+    assert [m.nv for m in (rigid, stiff, model)] == [2, 3, 3]
+    assert model.jnt_stiffness[gear.id] == pytest.approx(1 / 0.05)
+    assert model.dof_armature[gear.dofadr[0]] == 0
+    assert model.dof_armature[model.joint("hinge").dofadr[0]] == 0.02
+    data = mujoco.MjData(model)
+    data.joint("hinge").qpos[:], data.joint("hinge gear").qpos[:] = 0.3, 0.1
+    mujoco.mj_forward(model, data)
+    together = mujoco.MjData(rigid)
+    together.joint("hinge").qpos[:] = 0.4
+    mujoco.mj_forward(rigid, together)
+    assert data.body("b").xpos == pytest.approx(together.body("b").xpos)
 
 
 def test_a_servo_keeps_its_feedback_and_a_default_friction_becomes_sharp():

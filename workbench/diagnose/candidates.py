@@ -63,6 +63,7 @@ class Candidate:
         confused_with: names of candidates that look alike.
         separated_by: what separates it from those, in words.
         instead_of: names of candidates that it stands for, so that none of them is beside it.
+        unlike: whether the base does not show what it does: it is another machine.
     """
 
     name: str
@@ -75,6 +76,7 @@ class Candidate:
     confused_with: tuple[str, ...] = ()
     separated_by: str = ""
     instead_of: tuple[str, ...] = ()
+    unlike: bool = False
 
 
 def hopper_base(model: ModelFile, modes: Collection[str]) -> tuple[Parameter, ...]:

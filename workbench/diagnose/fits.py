@@ -188,6 +188,10 @@ class Fits:
         every = [self.candidates[name] for name in names]
         return sum(len(one.quantities) + len(one.frees) for one in every)
 
+    def unlike(self, name: str) -> bool:
+        """Return whether a candidate makes another machine, so that the base promises nothing."""
+        return self.candidates[name].unlike
+
     def parts(self, name: str) -> tuple[str, ...]:
         """Return the candidates that have a number for each element of one that they share."""
         every = [self.candidates[one] for one in self.candidates[name].instead_of]
@@ -250,12 +254,15 @@ class Fits:
 
         Only the end is simulated in full steps; on the way what coarse ones do otherwise is taken
         to be what it is at the neighbour, and derivatives are those there, brought up to date.
-        A point far off T makes other inputs, so that such a hypothesis is fitted as the base is.
+        A point far off T makes other inputs, so that such a hypothesis is fitted as the base is, as
+        is one of another machine.
         """
         if self.far(names) and not self.far(near.names):
             others = {p.name for n in near.names for p in self.candidates[n].quantities.values()}
             known = {name: value for name, value in near.values.items() if name in others}
             return self.whole(tuple(names), known | self._shown)
+        if any(self.unlike(name) for name in set(names) - set(near.names)):
+            return self.whole(tuple(names), near.values)
         estimator, x = self._estimator(near, self._released(names))
         exact = estimator.residuals_of(near.estimator.innovations(near.x, keep=True), x)
         coarse = replace(estimator, defect=np.zeros(0))

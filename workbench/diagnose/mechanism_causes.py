@@ -27,7 +27,7 @@ class Kind:
     """A cause that every element of a section may have.
 
     Args:
-        field: of `fit.systems.mjcf_parameters.FIELDS`.
+        field: of `fit.systems.mjcf_fields.FIELDS`.
         group: kind of cause.
         quantity: name of its one number.
         sentence: with `{owner}`; the quantity in double braces, as in `sim.effects.effect`.
@@ -100,6 +100,13 @@ SECTIONS: dict[Section, dict[str, Kind]] = {
             "armature", "mass", "armature",
             "inertia of what turns with {owner}: armature = {{armature}}",
             _SCALE, ("bodies.mass", "bodies.inertia", "inputs.gain", "actuators.gain"),
+        ),
+        "compliance": Kind(
+            "compliance", "structure", "compliance",
+            "the gear of {owner} gives between its motor and what it moves: compliance = "
+            "{{compliance}}",
+            "a sensor behind the gear, and a blow: it rings by itself",
+            ("armature", "damping", "inputs.delay", "inputs.lag"),
         ),
     },
     "bodies": {
@@ -255,6 +262,7 @@ def candidates_of(
             ),
             separated_by=one.kind.separated_by,
             instead_of=tuple(other.name for other in every if _part_of(other, one)),
+            unlike=FIELDS[one.kind.field].adds,
         )
         for one in every
     )

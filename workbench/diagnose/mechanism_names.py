@@ -118,6 +118,8 @@ def _refusal(one: RigEffect, content: RigFile, model: mujoco.MjModel) -> str | N
             "coulomb_friction: the model's options disable constraints or frictionloss, and "
             "MuJoCo's dry friction is a constraint; enable them in the MJCF file"
         )
+    if one.effect == "compliance":
+        return _no_gear(one, model)
     if len(set(one.edit.owners)) < len(one.edit.owners):
         return f"{one.owner}: one of them stands twice"
     if one.section in ("joints", "actuators"):
@@ -132,4 +134,18 @@ def _refusal(one: RigEffect, content: RigFile, model: mujoco.MjModel) -> str | N
                 "delay: only a channel of a place can have one; a delay that all channels share "
                 "is the opposite of an input's"
             )
+    return None
+
+
+def _no_gear(one: RigEffect, model: mujoco.MjModel) -> str | None:
+    """Return why no gear may give at some joints."""
+    for owner in one.edit.owners:
+        joint = model.joint(owner)
+        if not model.dof_armature[int(joint.dofadr[0])] > 0:
+            return (
+                f"compliance: {owner} has no armature, and a gear that gives has an inertia on its "
+                "motor's side; state it in the MJCF file"
+            )
+        if model.body_jntnum[int(model.jnt_bodyid[joint.id])] > 1:
+            return f"compliance: {owner} is not the only joint of its body; give it one of its own"
     return None

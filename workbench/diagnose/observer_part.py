@@ -50,7 +50,7 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
     most = promises[0].gain if promises else 0.0
     hidden = fits.missing(base) > 1  # process noise that is asked for hides what a cause would do
     least = max(rules.promising * most, 0.0 if hidden else max(rules.suspected, little))
-    shown = [one for one in promises if fits.far([one.name])]
+    shown = [one for one in promises if fits.far([one.name]) or (hidden and fits.unlike(one.name))]
     short = [one for one in promises if one.gain >= least and one not in shown]
     short = [*shown, *short][: rules.shortlist]
     singles = []

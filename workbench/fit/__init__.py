@@ -40,9 +40,9 @@ from workbench.fit.system import System
 from workbench.fit.systems.hopper import FOOT, Hopper, free_parameters
 from workbench.fit.systems.hopper_view import View
 from workbench.fit.systems.mjcf import MjcfSystem
+from workbench.fit.systems.mjcf_fields import FIELDS
 from workbench.fit.systems.mjcf_model import Kind, names_of, require_hinges_and_slides, units_of
 from workbench.fit.systems.mjcf_parameters import (
-    FIELDS,
     SHARED,
     Edit,
     Free,

@@ -54,6 +54,7 @@ JointEffect = Literal[
     "cubic_damping",
     "coulomb_friction",
     "armature",
+    "compliance",
 ]
 BodyEffect = Literal["mass", "inertia"]
 ActuatorEffect = Literal["gain", "bias"]

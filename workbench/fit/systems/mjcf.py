@@ -22,6 +22,7 @@ from workbench.fit.gain import Modes
 from workbench.fit.observation import Observation
 from workbench.fit.observer import Start
 from workbench.fit.parameters import Acts, Parameter, Scope
+from workbench.fit.systems.mjcf_fields import FIELDS
 from workbench.fit.systems.mjcf_model import (
     KINDS,
     is_hinge,
@@ -113,9 +114,11 @@ class MjcfSystem:
         self.free, self.per_joint, self.most_modes = tuple(free), per_joint, modes
         self.sample_s = common_sample(self.runs)
         self._check_names()
-        for edit in sorted(self.given, key=lambda one: one.shared):
-            edit.apply(self.spec, self.given[edit])
-        self.model = compiled(self.spec) if self.given else self.model
+        adding = {one.edit: 0.0 for one in self.free if FIELDS[one.field].adds}
+        made = adding | self.given
+        for edit in sorted(made, key=lambda one: one.shared):
+            edit.apply(self.spec, made[edit])
+        self.model = compiled(self.spec) if made else self.model
         self.edits: dict[Parameter, Edit] = dict(
             parameter(
                 self.spec,
