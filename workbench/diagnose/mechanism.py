@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from workbench.diagnose.candidates import LIMITS
 from workbench.diagnose.extension import Effects
 from workbench.diagnose.facts import Facts, Fault
+from workbench.diagnose.mechanism_accelerations import accelerometer, added_up
 from workbench.diagnose.mechanism_causes import candidates_of, rig_effects
 from workbench.diagnose.mechanism_errors import errors_in
 from workbench.diagnose.mechanism_files import found_in, write_extended
@@ -71,14 +72,16 @@ class MechanismRig:
         self.measured = tuple(
             read_measured(file, k, name) for k, name in enumerate(_run_names(content))
         )
-        self.channels = _channels(file, self.measured)
+        even = at_one_rate(self.measured)
+        self.channels = _channels(file, self.measured, even[0].sample_s)
+        felt = {c: joint for c, joint in enumerate(_accelerations(content)) if joint is not None}
         self.inputs = tuple(
             Input(name, one.actuator, "zero" if one.between == "held" else "first")
             for name, one in content.inputs.items()
         )
         self.runs = tuple(
-            run_of(file, k, one, self.channels, self.given)
-            for k, one in enumerate(at_one_rate(self.measured))
+            added_up(run_of(file, k, one, self.channels, self.given), felt.keys(), felt.values())
+            for k, one in enumerate(even)
         )
         more = {
             one.edit: Free(one.edit.key, one.edit.owner, one.tolerance, Scope.CANDIDATE)
@@ -128,9 +131,8 @@ class MechanismRig:
 
     def repeats(self) -> float:
         """Return how often samples of noise repeat one another at rest; of `Rig`."""
-        return repeats_of(
-            self.measured, {c: one.sigma or 0.0 for c, one in enumerate(self.channels)}
-        )
+        white = {c: one.sigma or 0.0 for c, one in enumerate(self.channels) if not one.memory}
+        return repeats_of(self.measured, white)
 
     @property
     def files(self) -> dict[str, Path]:
@@ -260,7 +262,15 @@ def _spec(file: Document[RigFile]) -> mujoco.MjSpec:
     return explicit_inertias(spec)[0]
 
 
-def _channels(file: Document[RigFile], measured: Sequence[MeasuredRigRun]) -> tuple[Channel, ...]:
+def _accelerations(content: RigFile) -> list[str | None]:
+    """Return the joint of each channel that is an acceleration; None for others."""
+    every = content.channels.values()
+    return [one.joint if one.quantity == "acceleration" else None for one in every]
+
+
+def _channels(
+    file: Document[RigFile], measured: Sequence[MeasuredRigRun], sample_s: float
+) -> tuple[Channel, ...]:
     """Return the channels with their noise, as stated or as the training runs show it."""
     content = file.content
     train = [
@@ -280,15 +290,17 @@ def _channels(file: Document[RigFile], measured: Sequence[MeasuredRigRun]) -> tu
     if faults:
         raise FileFaults(faults)
     return tuple(
-        _channel(name, one, sigma)
+        _channel(name, one, sigma, sample_s)
         for (name, one), sigma in zip(content.channels.items(), noise, strict=True)
     )
 
 
-def _channel(name: str, given: RigChannel, sigma: float | None) -> Channel:
+def _channel(name: str, given: RigChannel, sigma: float | None, sample_s: float) -> Channel:
     if given.joint is None:
         axis = _AXES[str(given.axis)]
         return Channel(name, "site", str(given.site), axis=axis, sigma=sigma)
+    if given.quantity == "acceleration":
+        return accelerometer(name, given.joint, sigma or 0.0, sample_s)
     of = "position" if given.quantity == "position" else "speed"
     return Channel(name, of, given.joint, sigma=sigma)
 

@@ -127,13 +127,16 @@ def _refusal(one: RigEffect, content: RigFile, model: mujoco.MjModel) -> str | N
             units_of(model, (), (), _KINDS[one.section], one.owner)
         except InputError as error:
             return str(error)
-    if one.section == "channels" and one.effect == "delay":
-        every = [content.channels[owner] for owner in one.edit.owners]
-        if any(channel.quantity != "position" for channel in every):
-            return (
-                "delay: only a channel of a place can have one; a delay that all channels share "
-                "is the opposite of an input's"
-            )
+    if one.section != "channels":
+        return None
+    every = [content.channels[owner] for owner in one.edit.owners]
+    if one.effect == "offset" and any(one.quantity == "acceleration" for one in every):
+        return "offset: an acceleration is compared as the speed that it adds up to; only its gain"
+    if one.effect == "delay" and any(channel.quantity != "position" for channel in every):
+        return (
+            "delay: only a channel of a place can have one; a delay that all channels share "
+            "is the opposite of an input's"
+        )
     return None
 
 

@@ -114,7 +114,7 @@ class RigChannel(Section):
     """What a column of the data measures: a joint, or one coordinate of a site in the world."""
 
     joint: str | None = None
-    quantity: Literal["position", "velocity"] = "position"
+    quantity: Literal["position", "velocity", "acceleration"] = "position"
     site: str | None = None
     axis: Literal["x", "y", "z"] | None = None
     column: str | None = None

@@ -198,8 +198,8 @@ class MjcfSystem:
         return self._sigma
 
     def memory(self, run: int) -> Array:
-        """Return zeros, (c,) [1]: the noise of its channels is taken for white."""
-        return np.zeros(len(self.channels))
+        """Return how each channel's noise remembers that of the sample before, (c,) [1]."""
+        return np.array([one.memory for one in self.channels])
 
     def process(self, run: int, noise: Mapping[str, float]) -> Array:
         """Return the process noise of each degree of freedom, (nv,) [N sqrt(s)]."""

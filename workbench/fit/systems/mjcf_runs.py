@@ -48,6 +48,7 @@ class Channel:
         owner: name of the joint, site or body.
         axis: unit vector in the world, of a place.
         sigma: standard deviation of its noise [SI]; None estimates it from the data.
+        memory: correlation of its noise with that of the sample before [1].
     """
 
     name: str
@@ -55,6 +56,7 @@ class Channel:
     owner: str
     axis: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0), kw_only=True)
     sigma: float | None = field(default=None, kw_only=True)
+    memory: float = field(default=0.0, kw_only=True)
 
 
 @dataclass(frozen=True)
