@@ -24,7 +24,7 @@ def scored(
     blocks += (-gain - blocks.sum()) / SECONDS
     there = gain / 4 if held is None else held
     runs = (np.full(10, -there / 10), np.full(10, -there / 10))
-    return Scored(names, 0.0, blocks, runs, lack)
+    return Scored(names, 0.0, blocks, runs, lambda: lack)
 
 
 BASE = scored(lack=20.0, scatter=0.0)
@@ -54,7 +54,7 @@ def test_a_gain_of_one_second_alone_is_no_cause() -> None:
     one = scored("a", scatter=0.0)
     blocks = one.blocks.copy()
     blocks[3] = -800.0
-    lucky = Scored(("a",), 0.0, blocks, scored("a", gain=40).held, 0.1)
+    lucky = Scored(("a",), 0.0, blocks, scored("a", gain=40).held, lambda: 0.1)
     assert versus(lucky, BASE).sure < RULES.sure
     assert decide(BASE, [lucky], SAMPLES, RULES).kind == "NONE"
 
@@ -117,7 +117,7 @@ def test_two_others_take_the_place_of_one_where_they_are_surely_ahead() -> None:
 
 def test_a_number_far_off_is_paid_for_in_full_where_noise_repeats_itself() -> None:
     one, other = scored("a", gain=800), scored("a", gain=790)
-    far = Scored(one.names, 30.0, one.blocks, one.held, one.missing)
+    far = Scored(one.names, 30.0, one.blocks, one.held, one.misses)
     assert versus(other, far, 9.0).gain == pytest.approx(30 - 10 / 9)
 
 
@@ -137,11 +137,15 @@ def test_noise_that_repeats_itself_counts_less() -> None:
 def test_a_cause_that_one_run_alone_supports_is_not_named() -> None:
     one = scored("a", gain=800)
     base = replace(BASE, by_run={"first": 0.0, "second": 0.0})
-    lonely = Scored(one.names, 0.0, one.blocks, one.held, 0.1, {"first": -798.0, "second": -2.0})
+    lonely = Scored(
+        one.names, 0.0, one.blocks, one.held, lambda: 0.1, {"first": -798.0, "second": -2.0}
+    )
     found = decide(base, [lonely], SAMPLES, RULES)
     assert found.kind == "SET"
     assert found.reason == "a may be there, but first alone supports it; repeat that run"
-    shared = Scored(one.names, 0.0, one.blocks, one.held, 0.1, {"first": -700.0, "second": -100.0})
+    shared = Scored(
+        one.names, 0.0, one.blocks, one.held, lambda: 0.1, {"first": -700.0, "second": -100.0}
+    )
     assert decide(base, [shared], SAMPLES, RULES).kind == "NAMED"
 
 

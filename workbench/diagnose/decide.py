@@ -9,7 +9,7 @@ same seconds prefer it to every other; those that are not behind are a set with 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -34,7 +34,8 @@ class Scored:
         prior: part of the cost that is no run's.
         blocks: (b,) cost of each second of the fitted runs [1].
         held: (b,) of each run held out, the cost of its seconds [1].
-        missing: how much less likely the runs are if nothing is missing, over what counts.
+        misses: returns how much less likely the runs are if nothing is missing, over what counts;
+            it is asked of few, for it takes a fit.
         by_run: fitted run -> its cost.
         frees: names of its causes that free numbers of the model.
         numbers: that its causes release.
@@ -45,11 +46,16 @@ class Scored:
     prior: float
     blocks: Array
     held: tuple[Array, ...]
-    missing: float
+    misses: Callable[[], float]
     by_run: Mapping[str, float] = field(default_factory=dict)
     frees: frozenset[str] = frozenset()
     numbers: int = 1
     shared: frozenset[str] = frozenset()
+
+    @property
+    def missing(self) -> float:
+        """Return how much less likely the runs are if nothing is missing, over what counts."""
+        return self.misses()
 
     @property
     def cost(self) -> float:

@@ -57,7 +57,7 @@ def drive_part(fits: Fits, best: Hypothesis) -> DrivePart | None:
         runs = zip(fitted.runs, fitted.by_run(found), strict=True)
         by_run = {fits.rig.names[fits.train[k]]: float(blocks.sum()) for k, blocks in runs}
         numbers = sum(len(fitted.quantities[name]) for name in names)
-        return Scored(names, own, found.blocks, judged, missing, by_run, numbers=numbers)
+        return Scored(names, own, found.blocks, judged, lambda: missing, by_run, numbers=numbers)
 
     tried = [scored(one) for one in every if one]
     part = decide(scored(()), tried, samples, fits.rules)

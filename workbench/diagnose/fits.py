@@ -155,7 +155,8 @@ class Fits:
     def missing(self, one: Hypothesis) -> float:
         """Return how much less likely the runs are at the process noise a whole model may have.
 
-        In units of a gain of practical size; 0 where the hypothesis asks for no more.
+        In units of a gain of practical size, all numbers fitted again at that noise; 0 where the
+        hypothesis asks for no more.
         """
         if one not in self._missing:
             self._missing[one] = self._missed(one)
@@ -169,10 +170,11 @@ class Fits:
         }
         if whole == estimator.noise:
             return 0.0
-        found = estimator.with_noise(whole).innovations(one.x)
-        cost = sum(_blocks(run, estimator.system.sample_s).sum() for run in found)
+        weak = estimator.with_noise(whole)
+        found = minimised(weak, one.x, None, _STEPS, ROUGH, one.jacobian, known=False)
+        at = self._hypothesis(one.names, weak, found.x, found.jacobian)
         least = self.rules.practical(self.samples() / self.repeats())
-        return max(0.0, float(cost + one.prior - one.cost) / self.repeats() / least)
+        return max(0.0, (at.cost - one.cost) / self.repeats() / least)
 
     def samples(self) -> int:
         """Return how many samples the fitted runs have, of all channels."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -254,7 +255,7 @@ def _scored(fits: Fits, one: Hypothesis) -> Scored:
     names = one.estimator.system.names
     by_run = {name: float(run.sum()) for name, run in zip(names, one.blocks, strict=True)}
     return Scored(
-        one.names, prior, blocks, fits.judged(one), fits.missing(one), by_run,
+        one.names, prior, blocks, fits.judged(one), partial(fits.missing, one), by_run,
         frozenset(name for name in one.names if fits.frees(name)), fits.numbers(one.names),
         fits.shared(one.names),
     )  # fmt: skip

@@ -44,7 +44,7 @@ NOWHERE: Any = SimpleNamespace(
 
 
 def scored(*names: str) -> Scored:
-    return Scored(names, 0.0, np.ones(8), (np.ones(4),), 1.5)
+    return Scored(names, 0.0, np.ones(8), (np.ones(4),), lambda: 1.5)
 
 
 def cause(name: str, key: str, unit: str, value: float) -> Cause:
