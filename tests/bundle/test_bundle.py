@@ -1,12 +1,12 @@
 import json
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.bundles import asked_for, journal_of, manifest_of
-from workbench.bundle import Bundle, events, verify
+from workbench.bundle import Bundle, bundle_names, events, verify
 from workbench.errors import InputError
 from workbench.timeseries import TimeSeries
 
@@ -32,6 +32,16 @@ def test_two_runs_in_one_second_get_two_folders(bundle: Bundle) -> None:
     again = Bundle.create(bundle.path.parent, "hop-16.99", NOW)
     assert bundle.path.name == "2026-03-12_101500_hop-16.99"
     assert again.path.name == "2026-03-12_101500_hop-16.99_2"
+
+
+def test_runs_of_one_second_are_listed_as_they_were_begun(tmp_path: Path) -> None:
+    begun = [Bundle.create(tmp_path, name, NOW).path.name for name in ("hop", "decay", "clamped")]
+    assert begun[1] == "2026-03-12_101501_decay"
+    assert bundle_names(tmp_path) == begun
+    begun.append(Bundle.create(tmp_path, "drop", NOW + timedelta(seconds=1)).path.name)
+    begun.append(Bundle.create(tmp_path, "drop", NOW + timedelta(seconds=3)).path.name)
+    assert begun[-1] == "2026-03-12_101503_drop"
+    assert bundle_names(tmp_path) == begun
 
 
 def test_files_are_kept_byte_for_byte(bundle: Bundle, tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import json
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, Literal
 
@@ -22,6 +22,8 @@ from workbench.bundle.writing import replaced
 from workbench.errors import InputError, RecordError, what_to_do
 
 __all__ = ["Bundle", "Document", "View"]
+
+_MOST_AHEAD_S = 5
 
 Document = Literal["protocol", "bench", "model", "shape", "sheet", "calibration"]
 
@@ -85,7 +87,7 @@ class Bundle:
             now: local time, part of the folder's name.
             asked: what the run shall be.
         """
-        stem = f"{now:%Y-%m-%d_%H%M%S}_{name}"
+        stem = _next_name(root, name, now)
         path = root / stem
         for k in range(2, 1000):
             try:
@@ -261,3 +263,19 @@ class Bundle:
         self.record.end(status, error)
         live = self.record.guardian_log.exists() and self.record.output.live
         seal(self.path, (GUARDIAN, WIRE) if live else ())  # which its guardian still writes
+
+
+def _next_name(root: Path, name: str, now: datetime) -> str:
+    """Return a name that no run of these seconds comes after, for lists are in order of names.
+
+    A simulated run can be over within a second; the name of the next may be ahead by a few.
+    """
+    seconds = [
+        f"{now + timedelta(seconds=ahead):%Y-%m-%d_%H%M%S}_" for ahead in range(_MOST_AHEAD_S)
+    ]
+    there = [one.name for second in seconds for one in root.glob(f"{second}*")]
+    for second in seconds:
+        stem = second + name
+        if all(one <= stem or one.startswith(f"{stem}_") for one in there):
+            return stem
+    return seconds[0] + name

@@ -7,6 +7,7 @@ const START_MS = 10000;
 let where = "";                  // folder and bench
 let confirmation = null;         // what confirms the dry run that is shown, once
 let listedFor = null;            // the state in which the protocols were listed
+let listed = "";                 // what was listed then
 let picked = 0;                  // counts, so that a dry run that comes late is not shown
 let wide = false;                // after a run the list is folded until somebody wants it
 
@@ -41,7 +42,9 @@ async function listProtocols() {
   put("start-where", found.error ? "" : where);
   show("start-fault", Boolean(found.error));
   put("start-fault", found.error);
-  at("protocols").replaceChildren(...found.rows.map(protocolItem));
+  const rows = JSON.stringify(found.rows);
+  if (rows !== listed) at("protocols").replaceChildren(...found.rows.map(protocolItem));
+  listed = rows;                 // a click that is under way stays on its button
   if (!found.error && !found.rows.length) put("start-where", `${found.folder} holds no protocol`);
 }
 
