@@ -100,6 +100,9 @@ def stop_while_driving(page: Page, tmp_path: Path) -> None:
 def test_a_run_is_picked_rehearsed_confirmed_answered_and_stopped(
     tmp_path: Path, page: Page
 ) -> None:
+    page.wait_for("document.querySelector('#protocols button') !== null", STARTS_S)
+    again = "const one = document.querySelector('#protocols button'); await listProtocols()"
+    assert page.evaluate(f"(async () => {{ {again}; return one.isConnected; }})()")
     rehearse(page)
     assert page.text("#plan-title") == "A hop from the panel"
     assert "1 run, about 4 s on the bench; 1 prompt, not counted" in page.text("#plan-facts")
