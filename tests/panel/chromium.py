@@ -27,6 +27,10 @@ FLAGS = (
 )  # fmt: skip
 
 
+class NavigatedError(AssertionError):
+    """A page went to another address while something was asked of it."""
+
+
 class Browser:
     """The whole browser; a page is a tab of it.
 
@@ -61,6 +65,8 @@ class Browser:
         while True:
             found = json.loads(self._link.recv(timeout=deadline - time.monotonic()))
             if found.get("id") == number:
+                if "navigated" in found.get("error", {}).get("message", ""):
+                    raise NavigatedError(f"{method}: {found['error']}")
                 assert "error" not in found, f"{method}: {found['error']}"
                 return found["result"]
             self._told.append(found)
@@ -91,11 +97,18 @@ class Page:
     def wait_for(self, expression: str, seconds: float = 20.0) -> float:
         """Wait until an expression is true and return how long that took [s]."""
         began = time.monotonic()
-        while not self.evaluate(expression):
+        while not self._holds(expression):
             took = time.monotonic() - began
             assert took < seconds, f"not within {seconds} s: {expression}\n{self.text('body')}"
             time.sleep(0.02)
         return time.monotonic() - began
+
+    def _holds(self, expression: str) -> bool:
+        """Return whether an expression is true; a page that is on its way elsewhere has none."""
+        try:
+            return bool(self.evaluate(expression))
+        except NavigatedError:
+            return False
 
     def text(self, selector: str) -> str:
         """Return what a person reads there."""

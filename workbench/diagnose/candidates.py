@@ -62,7 +62,7 @@ class Candidate:
         shows_in: modes of runs.
         confused_with: names of candidates that look alike.
         separated_by: what separates it from those, in words.
-        instead_of: names of candidates that it stands for, so that none of them is beside it.
+        instead_of: names of candidates that it replaces, so that none of them is beside it.
         unlike: whether the base does not show what it does: it is another machine.
     """
 

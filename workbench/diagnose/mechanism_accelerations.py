@@ -11,7 +11,7 @@ from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from workbench.fit import Channel, MjcfRun
 
@@ -44,7 +44,8 @@ def added_up(run: MjcfRun, columns: Collection[int], joints: Collection[str]) ->
     values = run.values.copy()
     for column, joint in zip(columns, joints, strict=True):
         seen = np.isfinite(values[:, column])
-        whole = CubicSpline(run.times[seen], values[seen, column]).antiderivative()
+        spline = scipy.interpolate.CubicSpline(run.times[seen], values[seen, column])
+        whole = spline.antiderivative()
         begun = run.start[joint].speed if joint in run.start else 0.0
         speed = begun + whole(run.times) - whole(run.times[0])
         values[:, column] = np.where(seen, speed, np.nan)

@@ -149,7 +149,7 @@ def pairs_without(
 
 
 def beside(name: str, others: Collection[str], candidates: Mapping[str, Candidate]) -> bool:
-    """Return whether a candidate may be there beside others: none stands for another of them."""
+    """Return whether a candidate may be there beside others: none replaces another of them."""
     own = candidates[name].instead_of
     return not any(one in own or name in candidates[one].instead_of for one in others)
 
