@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from tests.rigs import write_rig
 from workbench.diagnose import diagnose, load_mechanism
 from workbench.errors import FileFaults
 
@@ -74,13 +75,8 @@ def recorded(cubic: float, rng: np.random.Generator) -> Array:
 def written(folder: Path, cubic: float = CUBIC, rig: str = RIG) -> Path:
     """Write runs of a block whose spring hardens, and a rig that takes it for straight."""
     rng = np.random.default_rng(5)
-    for k in range(3):
-        head = "time_s,accelerometer,force"
-        rows = recorded(cubic, rng)
-        np.savetxt(folder / f"run-{k}.csv", rows, "%.9g", ",", header=head, comments="")
-    (folder / "model.xml").write_text(MODEL)
-    (folder / "rig.yaml").write_text(rig)
-    return folder / "rig.yaml"
+    runs = (recorded(cubic, rng) for _ in range(3))
+    return write_rig(folder, rig, MODEL, "time_s,accelerometer,force", runs)
 
 
 @pytest.mark.budget(25)  # a whole diagnosis

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.rigs import write_rig
 from workbench.diagnose import diagnose, load_mechanism
 from workbench.errors import FileFaults
 
@@ -93,12 +94,9 @@ def recorded(rng: np.random.Generator) -> Array:
 def written(folder: Path, armature: float = ARMATURE) -> Path:
     """Write runs of an arm whose gear gives and a rig whose gear is rigid."""
     rng = np.random.default_rng(4)
-    for k in range(3):
-        head = "time_s,elbow_rad,torque_Nm"
-        np.savetxt(folder / f"run-{k}.csv", recorded(rng), "%.9g", ",", header=head, comments="")
-    (folder / "model.xml").write_text(RIGID.format(armature=armature))
-    (folder / "rig.yaml").write_text(RIG)
-    return folder / "rig.yaml"
+    runs = (recorded(rng) for _ in range(3))
+    model = RIGID.format(armature=armature)
+    return write_rig(folder, RIG, model, "time_s,elbow_rad,torque_Nm", runs)
 
 
 @pytest.mark.budget(25)  # a whole diagnosis

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.rigs import write_rig
 from workbench.diagnose import diagnose, load_mechanism
 from workbench.errors import FileFaults
 
@@ -90,13 +91,9 @@ def recorded(true: Mapping[str, float], rng: np.random.Generator) -> Array:
 def written(folder: Path, true: Mapping[str, float], rig: str = RIG) -> Path:
     """Write runs of a true leg and a rig that knows of no cause; return the rig's file."""
     rng = np.random.default_rng(3)
-    for k in range(3):
-        head = "time_s,hip_rad,knee_rad,hip_Nm,knee_Nm"
-        rows = recorded(true, rng)
-        np.savetxt(folder / f"run-{k}.csv", rows, "%.9g", ",", header=head, comments="")
-    (folder / "model.xml").write_text(LEG.format(hip=0, knee=0, armature=0))
-    (folder / "rig.yaml").write_text(rig)
-    return folder / "rig.yaml"
+    runs = (recorded(true, rng) for _ in range(3))
+    model = LEG.format(hip=0, knee=0, armature=0)
+    return write_rig(folder, rig, model, "time_s,hip_rad,knee_rad,hip_Nm,knee_Nm", runs)
 
 
 @pytest.mark.budget(25)  # a whole diagnosis

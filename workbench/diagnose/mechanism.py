@@ -74,13 +74,13 @@ class MechanismRig:
         )
         even = at_one_rate(self.measured)
         self.channels = _channels(file, self.measured, even[0].sample_s)
-        felt = {c: joint for c, joint in enumerate(_accelerations(content)) if joint is not None}
+        felt = _accelerations(content)
         self.inputs = tuple(
             Input(name, one.actuator, "zero" if one.between == "held" else "first")
             for name, one in content.inputs.items()
         )
         self.runs = tuple(
-            added_up(run_of(file, k, one, self.channels, self.given), felt.keys(), felt.values())
+            added_up(run_of(file, k, one, self.channels, self.given), felt)
             for k, one in enumerate(even)
         )
         more = {
@@ -262,10 +262,13 @@ def _spec(file: Document[RigFile]) -> mujoco.MjSpec:
     return explicit_inertias(spec)[0]
 
 
-def _accelerations(content: RigFile) -> list[str | None]:
-    """Return the joint of each channel that is an acceleration; None for others."""
-    every = content.channels.values()
-    return [one.joint if one.quantity == "acceleration" else None for one in every]
+def _accelerations(content: RigFile) -> dict[int, str]:
+    """Return the channels that are accelerations, by their numbers -> their joints."""
+    return {
+        c: one.joint
+        for c, one in enumerate(content.channels.values())
+        if one.quantity == "acceleration" and one.joint is not None
+    }
 
 
 def _channels(

@@ -7,7 +7,7 @@ Whitened by its memory m the channel is the acceleration again, but for the slow
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -33,16 +33,15 @@ def accelerometer(name: str, joint: str, sigma: float, sample_s: float) -> Chann
     return Channel(name, "speed", joint, sigma=float(added), memory=_MEMORY)
 
 
-def added_up(run: MjcfRun, columns: Collection[int], joints: Collection[str]) -> MjcfRun:
+def added_up(run: MjcfRun, joints: Mapping[int, str]) -> MjcfRun:
     """Return a run whose accelerations are speeds, from that of their joint at the start.
 
     Args:
         run: with accelerations [rad/s^2 or m/s^2].
-        columns: of its values that are accelerations.
-        joints: that they are of.
+        joints: column of its values that is an acceleration -> the joint it is of.
     """
     values = run.values.copy()
-    for column, joint in zip(columns, joints, strict=True):
+    for column, joint in joints.items():
         seen = np.isfinite(values[:, column])
         spline = scipy.interpolate.CubicSpline(run.times[seen], values[seen, column])
         whole = spline.antiderivative()
