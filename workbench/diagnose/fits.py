@@ -213,14 +213,19 @@ class Fits:
         return self.rig.repeats()
 
     def deviations(self, one: Hypothesis) -> dict[str, float]:
-        """Return the standard error of each parameter, scatter from second to second counted."""
+        """Return the standard error of each parameter.
+
+        It counts the scatter from second to second, and what a fit that ended at a kink of the
+        cost, or close enough to its minimum, would still move.
+        """
         if one.names not in self._deviations:
             estimator = one.estimator
             steps = reaches(one.jacobian) if len(one.jacobian) else None
             slopes = estimator.jacobian(one.x, steps=steps, central=True)
             near = neighbourhood(estimator, one.x, estimator.residuals(one.x), slopes)
             moving = {p.name: not p.flat for p in estimator.vector.parameters}
-            spread = near.solved(moving).deviation
+            solved = near.solved(moving)
+            spread = np.hypot(solved.deviation, solved.x - one.x)
             vector = estimator.vector
             self._deviations[one.names] = {
                 p.name: abs(p.value(float(x + d)) - p.value(float(x - d))) / 2

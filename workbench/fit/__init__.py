@@ -37,7 +37,7 @@ from workbench.fit.smoother import WINDOW, at_points, smoothed
 from workbench.fit.soundness import warnings_of
 from workbench.fit.state import estimated_state, pose
 from workbench.fit.system import System
-from workbench.fit.systems.hopper import FOOT, Hopper, free_parameters
+from workbench.fit.systems.hopper import FOOT, HOPPING_BEAM, Hopper, free_parameters
 from workbench.fit.systems.hopper_view import View
 from workbench.fit.systems.mjcf import MjcfSystem
 from workbench.fit.systems.mjcf_fields import FIELDS

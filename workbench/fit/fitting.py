@@ -17,7 +17,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.fit.correction import LONGEST
-from workbench.fit.estimator import FARTHEST, ROBUST, Estimator, reaches
+from workbench.fit.estimator import NEAREST, ROBUST, Estimator, reaches
 from workbench.fit.minimise import CLOSE, ROUGH, Minimum, minimum
 from workbench.fit.observer import Innovations, observe
 from workbench.fit.parameters import ParameterVector, Scope
@@ -206,7 +206,7 @@ def minimised(
         known: whether it is of these residuals, not of an earlier stage.
     """
     moved = np.arange(len(x)) if free is None else np.flatnonzero(free)
-    steps = np.full(len(x), FARTHEST) if jacobian is None else reaches(jacobian)
+    steps = np.full(len(x), NEAREST) if jacobian is None else reaches(jacobian)
     low, high = estimator.vector.bounds
     slopes = jacobian[:, moved] if known and jacobian is not None else None
     count = passes = 0

@@ -2,11 +2,13 @@
 
 With J the Jacobian, r the residuals and w their robust weights, the parameters' covariance is
 
-    C = B^-1 M B^-1,   B = J' w J + priors,   M = n / (n - 1) sum over blocks of g g' + priors,
+    C = B^-1 (M + G G') B^-1,   B = J' w J + priors,   M = n / (n - 1) sum over blocks g g' + priors
 
 g = J' w r of a block of one second (the sandwich; White, Econometrica 50, 1982, 1). Where the
-innovations are white both middle parts agree and C = B^-1; where the model misses something they
-remember each other, and the blocks know of it. A prior enters with its own spread.
+innovations are white M and B agree and C = B^-1; where the model misses something they
+remember each other, and the blocks know of it. A prior enters with its own spread. G is the whole
+gradient: next to zero where a fit came to rest; where one stopped at a kink of the cost, as hops
+have, what it would still move counts as an error.
 """
 
 from __future__ import annotations
@@ -76,8 +78,8 @@ def covariance(fit: Fit) -> Covariance:
         slopes += [scaled[a:b].T @ residuals[a:b] for a, b in pairwise(edges)]
         begin += count * channels
     scores = np.array(slopes)
-    number = len(scores)
-    middle = number / (number - 1) * scores.T @ scores + prior
+    number, whole = len(scores), scores.sum(axis=0) + prior @ fit.x
+    middle = number / (number - 1) * scores.T @ scores + prior + np.outer(whole, whole)
     inverse = np.linalg.pinv(information, hermitian=True)
     return Covariance(inverse @ middle @ inverse, information, number)
 

@@ -15,6 +15,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.fit import FOOT as FOOT_JOINTS
 from workbench.fit import (
+    HOPPING_BEAM,
     Combination,
     Estimator,
     Fit,
@@ -50,7 +51,7 @@ FINER = 32
 """Increments of the beam that is tried where the model's own cannot follow the runs."""
 
 _NEAR_BOUND = 0.98
-_MISSING = 0.11  # of the strong process noise
+_WHOLE, _WHOLE_HOP = 0.11, 0.35  # of the strong process noise, at the beam clamped and hopping
 _CLAMPED = ("clamped", "decay")
 _FREE = ("drop", "hop")
 _FRICTION_RUN = "add a hop at a speed at which the robot travels"
@@ -201,10 +202,14 @@ def misses_physics(fit: Fit) -> bool:
     """Return whether a fit needs a process noise of the beam that camera noise does not explain.
 
     A complete model ends near a tenth of the strong noise: what is left of the noise of
-    the rotor's angle shakes the beam as much.
+    the rotor's angle shakes the beam as much. Of hops it ends there or near a third, for landings
+    magnify it.
     """
     strong = fit.estimator.system.strong
-    return any(noise > _MISSING * strong[group] for group, noise in _of_the_beam(fit).items())
+    return any(
+        noise > (_WHOLE_HOP if group == HOPPING_BEAM else _WHOLE) * strong[group]
+        for group, noise in _of_the_beam(fit).items()
+    )
 
 
 def _of_the_beam(fit: Fit) -> dict[str, float]:
