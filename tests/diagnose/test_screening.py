@@ -16,6 +16,7 @@ from workbench.fit import Parameter, ParameterVector, Scope
 
 Array = NDArray[np.float64]
 COUNT, TRUTH, THRESHOLD = 1200, 1.8, 0.4
+TANGENT = 0.1
 
 
 def parameter(name: str, scope: Scope) -> Parameter:
@@ -59,11 +60,12 @@ class Sliding:
     def jacobian(
         self, x: Array, asked: Any = None, steps: Array | None = None, runs: Sequence[int] = (0,)
     ) -> Array:
-        self.asked += [] if steps is None else [float(steps[0])]
+        assert steps is not None
+        self.asked += [float(steps[0])]
         columns = []
         for i in range(len(x)):
             step = np.zeros(len(x))
-            step[i] = 0.1 if steps is None else steps[i]
+            step[i] = steps[i]
             change = self.residuals(x + step) - self.residuals(x)
             columns.append(change / step[i])
         return np.column_stack(columns)
@@ -76,14 +78,14 @@ def gains(lands: bool) -> tuple[dict[str, float], Sliding]:
     def moving(names: Sequence[str]) -> dict[str, bool]:
         return {"base": True} | {f"{name} share": False for name in names}
 
-    found = screened(estimator, np.zeros(3), candidates, moving)
+    found = screened(estimator, np.zeros(3), candidates, moving, np.full(3, TANGENT))
     return {one.name: one.gain for one in found}, estimator
 
 
 def test_a_cause_with_a_threshold_promises_little_by_tangents_and_much_by_secants() -> None:
     tangents, smooth = gains(lands=False)
     secants, _ = gains(lands=True)
-    assert not smooth.asked
+    assert smooth.asked == [TANGENT]
     assert tangents["slip"] == pytest.approx(0.0, abs=1.0)
     whole = 0.5 * COUNT * (TRUTH - THRESHOLD) ** 2
     assert secants["slip"] == pytest.approx(whole, rel=0.2)
@@ -91,6 +93,6 @@ def test_a_cause_with_a_threshold_promises_little_by_tangents_and_much_by_secant
 
 def test_secants_promise_nothing_of_a_cause_that_is_not_there() -> None:
     secants, estimator = gains(lands=True)
-    assert len(estimator.asked) == 4
+    assert len(estimator.asked) == 1 + 4
     assert list(secants) == ["slip", "drag"]
     assert secants["drag"] < 10

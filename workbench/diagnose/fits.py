@@ -22,6 +22,7 @@ from workbench.diagnose.rig import Rig
 from workbench.diagnose.rules import RULES, Rules
 from workbench.diagnose.screening import Promise, columns_of, neighbourhood, pairs_without, screened
 from workbench.fit import (
+    NEAREST,
     ROBUST,
     ROUGH,
     Estimator,
@@ -113,6 +114,7 @@ class Fits:
         self.candidates = {one.name: one for one in rig.candidates}
         self._held: dict[bool, Estimator] = {}
         self._missing: dict[Hypothesis, float] = {}
+        self._judged: dict[Hypothesis, tuple[Array, ...]] = {}
         self._deviations: dict[tuple[str, ...], dict[str, float]] = {}
 
     @cached_property
@@ -220,8 +222,7 @@ class Fits:
         """
         if one.names not in self._deviations:
             estimator = one.estimator
-            steps = reaches(one.jacobian) if len(one.jacobian) else None
-            slopes = estimator.jacobian(one.x, steps=steps, central=True)
+            slopes = estimator.jacobian(one.x, steps=reaches(one.jacobian), central=True)
             near = neighbourhood(estimator, one.x, estimator.residuals(one.x), slopes)
             moving = {p.name: not p.flat for p in estimator.vector.parameters}
             solved = near.solved(moving)
@@ -237,7 +238,9 @@ class Fits:
         """Return what each candidate promises beside those of a hypothesis, greatest gain first."""
         every = [p for one in self.candidates.values() for p in one.quantities.values()]
         estimator, x = self._estimator(at, [*self.rig.base, *every])
-        return screened(estimator, x, self.candidates, self._moving, at.names)
+        known = dict(zip(at.values, reaches(at.jacobian), strict=True))
+        steps = np.array([known.get(p.name, NEAREST) for p in estimator.vector.parameters])
+        return screened(estimator, x, self.candidates, self._moving, steps, at.names)
 
     def pairs_without(
         self, leader: str, at: Hypothesis, promises: Sequence[Promise]
@@ -353,8 +356,11 @@ class Fits:
 
     def judged(self, one: Hypothesis) -> tuple[Array, ...]:
         """Return -2 ln L of each second, (b,) [1], of each run held out, its own numbers fitted."""
-        if not self.held:
-            return ()
+        if one not in self._judged:
+            self._judged[one] = self._unseen(one) if self.held else ()
+        return self._judged[one]
+
+    def _unseen(self, one: Hypothesis) -> tuple[Array, ...]:
         fitted = one.estimator
         shared = [p for p in fitted.vector.parameters if p.scope is not Scope.RUN]
         before = self._held.get(self.far(one.names))

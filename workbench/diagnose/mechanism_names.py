@@ -9,7 +9,7 @@ import mujoco
 
 from workbench.diagnose.mechanism_causes import RigEffect, Section, rig_effects
 from workbench.errors import FileFault, FileFaults, InputError, did_you_mean
-from workbench.fit import FIELDS, SHARED, Kind, names_of, units_of
+from workbench.fit import FIELDS, Kind, elements_of, names_of, units_of
 from workbench.schemas import Document, Location, RigFile
 
 __all__ = ["require_names"]
@@ -46,7 +46,7 @@ def _unknown(file: Document[RigFile], model: mujoco.MjModel) -> Iterator[FileFau
             yield file.fault(location, f"the model has no {kind} {name!r}{hint}; {there}")
     for section, known in (("channels", content.channels), ("inputs", content.inputs)):
         for owner in getattr(content.effects, section):
-            for name in owner.split(SHARED):
+            for name in elements_of(owner):
                 if name not in known:
                     words = f"no {section[:-1]} {name!r}{did_you_mean(name, known)}"
                     yield file.fault(("effects", section, owner), words)
@@ -68,7 +68,7 @@ def _named(content: RigFile) -> Iterator[tuple[Kind, str, Location]]:
             yield "joint", joint, ("runs", k, "start", joint)
     for section, kind in _KINDS.items():
         for owner in getattr(content.effects, section):
-            for name in owner.split(SHARED):
+            for name in elements_of(owner):
                 yield kind, name, ("effects", section, owner)
 
 
@@ -118,10 +118,10 @@ def _refusal(one: RigEffect, content: RigFile, model: mujoco.MjModel) -> str | N
             "coulomb_friction: the model's options disable constraints or frictionloss, and "
             "MuJoCo's dry friction is a constraint; enable them in the MJCF file"
         )
-    if one.effect == "compliance":
-        return _no_gear(one, model)
     if len(set(one.edit.owners)) < len(one.edit.owners):
         return f"{one.owner}: one of them stands twice"
+    if one.effect == "compliance":
+        return _no_gear(one, model)
     if one.section in ("joints", "actuators"):
         try:
             units_of(model, (), (), _KINDS[one.section], one.owner)

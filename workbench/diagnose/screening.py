@@ -54,6 +54,7 @@ def screened(
     x: Array,
     candidates: Mapping[str, Candidate],
     moving: Moving,
+    steps: Array,
     at: Sequence[str] = (),
 ) -> list[Promise]:
     """Return what each candidate promises beside those of a hypothesis, greatest gain first.
@@ -63,10 +64,11 @@ def screened(
         x: (p,) the minimiser's numbers of the hypothesis [1].
         candidates: by name.
         moving: which parameters some candidates let move.
+        steps: (p,) how far each number is moved for its tangent [1].
         at: names of the hypothesis' candidates.
     """
     others = [name for name in candidates if name not in at and beside(name, at, candidates)]
-    near = _slopes(estimator, x, candidates, moving, at)
+    near = _slopes(estimator, x, candidates, moving, steps, at)
     before = near.solved(moving(at))
     found = []
     for name in others:
@@ -84,11 +86,12 @@ def _slopes(
     x: Array,
     candidates: Mapping[str, Candidate],
     moving: Moving,
+    steps: Array,
     at: Sequence[str],
 ) -> Linear:
     """Return residuals and slopes of everything, those of each candidate that promise most."""
     system, names = estimator.system, [p.name for p in estimator.vector.parameters]
-    near = neighbourhood(estimator, x, estimator.residuals(x), estimator.jacobian(x))
+    near = neighbourhood(estimator, x, estimator.residuals(x), estimator.jacobian(x, steps=steps))
     landing = [k for k in range(len(system.names)) if system.lands(k)]
     if not landing:
         return near

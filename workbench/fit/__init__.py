@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from workbench.fit.correction import LONGEST
 from workbench.fit.drive import calm, commanded_angle, fit_drive
 from workbench.fit.estimation import estimate
-from workbench.fit.estimator import ROBUST, Estimator, counted, reaches
+from workbench.fit.estimator import NEAREST, ROBUST, Estimator, counted, reaches
 from workbench.fit.fitting import Fit, fit_near, fit_system, minimised, refined, settled
 from workbench.fit.gain import Modes
 from workbench.fit.identifiability import Combination, separable, undetermined
@@ -47,6 +47,7 @@ from workbench.fit.systems.mjcf_parameters import (
     Edit,
     Free,
     compiled,
+    elements_of,
     explicit_inertias,
     total,
 )

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError
 from workbench.fit.observation import Observation
-from workbench.fit.systems.mjcf_parameters import SHARED
+from workbench.fit.systems.mjcf_parameters import elements_of
 from workbench.fit.systems.mjcf_runs import Channel, Input
 
 __all__ = [
@@ -162,7 +162,7 @@ def units_of(
     Raises:
         InputError: where some turn and others slide.
     """
-    first, *others = (_units_of(model, channels, inputs, kind, one) for one in owner.split(SHARED))
+    first, *others = (_units_of(model, channels, inputs, kind, one) for one in elements_of(owner))
     if any(one != first for one in others):
         raise InputError(f"{owner}: some turn and others slide; what they share has one unit")
     return first

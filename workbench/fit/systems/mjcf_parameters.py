@@ -24,6 +24,7 @@ __all__ = [
     "Edit",
     "Free",
     "compiled",
+    "elements_of",
     "explicit_inertias",
     "owner_of",
     "parameter",
@@ -71,7 +72,7 @@ class Edit:
     @property
     def owners(self) -> tuple[str, ...]:
         """Return the names of the elements."""
-        return tuple(self.owner.split(SHARED))
+        return elements_of(self.owner)
 
     @property
     def shared(self) -> bool:
@@ -85,6 +86,11 @@ class Edit:
             return
         for owner in self.owners:
             field.write(spec, owner, value + (field.read(spec, owner) if self.shared else 0.0))
+
+
+def elements_of(owner: str) -> tuple[str, ...]:
+    """Return the names of the elements that share a number, or of the one that has it."""
+    return tuple(owner.split(SHARED))
 
 
 def total(given: Mapping[Edit, float], key: str, owner: str) -> float:
