@@ -2,10 +2,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from workbench.shape import curve
 from workbench.sim import Robot, linear_modes, settle
 from workbench.sim.beam import hinges
+
+
+def smooth_turn(robot: Robot, along: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the turn of the smooth strip from its root at places in listed increments [rad]."""
+    ends = np.arange(16) + 0.5
+    turned = np.concatenate([[0.0], np.cumsum(robot.angles[1:])])
+    return CubicSpline(ends, turned, bc_type="natural")(np.clip(along, 0.5, 15.5))
 
 
 @pytest.mark.parametrize("increments", [4, 8, 16, 24, 32, 64])
@@ -35,14 +44,23 @@ def test_damping_stays_in_proportion_to_stiffness(robot: Robot) -> None:
             assert hinge.damping / hinge.stiffness == pytest.approx(0.003 / 9.5)
 
 
-def test_a_finer_curve_stays_within_two_millimetres(robot: Robot) -> None:
-    """A smooth strip of the same bends ends 2.0 mm from the polyline's tip."""
+def test_a_finer_curve_comes_to_the_smooth_strip_with_the_square_of_its_increments(
+    robot: Robot,
+) -> None:
+    """A strip that bends evenly within each part would end 2.0 mm from the listed chain."""
+    along = np.linspace(0.0, 16.0, 100_001)
+    direction = robot.angles[0] + smooth_turn(robot, along)
+    step = robot.length / 16
+    x, z = (np.trapezoid(one(direction), along) * step for one in (np.cos, np.sin))
     ends = {
         n: curve([h.angle for h in hinges(robot.angles, robot.values, n)], robot.length)[-1]
         for n in (16, 32, 64, 128)
     }
-    assert np.linalg.norm(ends[128] - ends[16]) == pytest.approx(0.002, abs=0.0005)
-    assert np.linalg.norm(ends[128] - ends[64]) < np.linalg.norm(ends[64] - ends[32])
+    off = {n: float(np.linalg.norm(end - [x, -z])) for n, end in ends.items()}
+    assert off[16] < 0.0005
+    assert off[64] < 1e-4
+    assert off[32] / off[64] == pytest.approx(4.0, rel=0.1)
+    assert off[64] / off[128] == pytest.approx(4.0, rel=0.1)
 
 
 def test_the_standing_height_converges(robot: Robot) -> None:
@@ -55,13 +73,14 @@ def test_the_standing_height_converges(robot: Robot) -> None:
 
 
 @pytest.mark.parametrize("increments", [17, 20, 25, 33, 40])
-def test_every_chain_yields_about_the_same_place(robot: Robot, increments: int) -> None:
-    """Places along the strip in listed increments; the listed hinges 1 to 15 lie about 8."""
+def test_every_chain_bends_and_yields_about_the_same_place(robot: Robot, increments: int) -> None:
+    """Places along the strip in listed increments; the listed hinges 1 to 15 yield about 8."""
     chain = hinges(robot.angles, robot.values, increments)[1:]
     places = (np.arange(len(chain)) + 1) * 16 / increments
     bends = [hinge.angle for hinge in chain]
-    listed = list(robot.angles[1:])
-    assert places @ bends == pytest.approx(np.arange(1, 16) @ listed)
+    along = np.linspace(0.0, 16.0, 100_001)
+    turned = smooth_turn(robot, along)
+    assert places @ bends == pytest.approx(16 * turned[-1] - np.trapezoid(turned, along), rel=1e-6)
     yielding = np.array([1 / hinge.stiffness for hinge in chain if hinge.stiffness])
     assert places[: len(yielding)] @ yielding == pytest.approx(8 * 15 / 9.5)
 
@@ -76,3 +95,12 @@ def test_what_a_chain_gets_wrong_falls_smoothly_with_the_square_of_its_increment
     off = np.array(list(hz.values())) - limit
     assert slope < 0
     assert off == pytest.approx(slope * counts, rel=0.05)
+
+
+def test_t_is_the_same_body_at_the_end_of_any_chain(robot: Robot) -> None:
+    inertias = [
+        settle(replace(robot, increments=n), "fixed", np.pi / 2)[0].body("top").inertia
+        for n in (16, 32)
+    ]
+    assert inertias[0] == pytest.approx(inertias[1])
+    assert inertias[0][1] == pytest.approx(0.088 / 12 * (robot.length / 16) ** 2)

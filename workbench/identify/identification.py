@@ -35,7 +35,7 @@ from workbench.fit import (
 )
 from workbench.progress import Progress
 from workbench.schemas import ModelFile, ShapeFile
-from workbench.sim import Robot, make_robot
+from workbench.sim import Robot, linear_modes, make_robot
 
 __all__ = ["BEAM", "FINER", "FOOT", "Identification", "ParameterEstimate", "identify"]
 
@@ -51,6 +51,8 @@ FINER = 32
 """Increments of the beam that is tried where the model's own cannot follow the runs."""
 
 _NEAR_BOUND = 0.98
+_STIFFNESSES = ("hinge_stiffness", "root_stiffness")
+_SEEN = 2  # modes that runs show
 _WHOLE, _WHOLE_HOP = 0.11, 0.35  # of the strong process noise, at the beam clamped and hopping
 _CLAMPED = ("clamped", "decay")
 _FREE = ("drop", "hop")
@@ -182,10 +184,13 @@ def identify(
         other = fit_near(Estimator.of(system, fit.vector, noise, threads=threads), fit.x, progress)
         if _log_likelihood(other) > _log_likelihood(fit):
             robot, fit, other = finer, other, fit
-    unlike = _unlike(fit, other) if other is not None and misses_physics(fit) else {}
+    doubts = _unlike(fit, other) if other is not None and misses_physics(fit) else {}
+    if robot.increments != model.increments:
+        coarse = _coarseness(robot)
+        doubts |= {name: float(np.hypot(doubts.get(name, 0.0), coarse)) for name in _STIFFNESSES}
     fit, open_ = separable(fit, progress)
     members = {name for one in open_ for name in one.names}
-    estimates = _estimates(fit, model, members, unlike)
+    estimates = _estimates(fit, model, members, doubts)
     values = {
         p.name: value for p, value in fit.vector.values(fit.x).items() if p.scope is not Scope.RUN
     }
@@ -251,6 +256,17 @@ def informative_runs(names: Collection[str], runs: Sequence[MeasuredRun]) -> lis
     return chosen
 
 
+def _coarseness(robot: Robot) -> float:
+    """Return the share by which stiffness is off to make up for a chain of too few increments.
+
+    What a chain's frequencies lack of the strip's falls with the square of its increments: of what
+    it lacks, one of twice as many has three quarters more. Stiffness goes with their square.
+    """
+    finer = linear_modes(replace(robot, increments=2 * robot.increments), count=_SEEN)
+    modes = zip(linear_modes(robot, count=_SEEN), finer, strict=True)
+    return max(2 * 4 / 3 * abs(fine.hz / own.hz - 1) for own, fine in modes)
+
+
 def _unlike(fit: Fit, other: Fit) -> dict[str, float]:
     """Return by how much two fits' values differ, as a share."""
     values = other.vector.values(other.x)
@@ -262,7 +278,7 @@ def _unlike(fit: Fit, other: Fit) -> dict[str, float]:
 
 
 def _estimates(
-    fit: Fit, model: ModelFile, without: Collection[str], unlike: Mapping[str, float]
+    fit: Fit, model: ModelFile, without: Collection[str], doubts: Mapping[str, float]
 ) -> dict[str, ParameterEstimate]:
     """Return the fitted parameters with their intervals, but for some that no run determines.
 
@@ -270,8 +286,9 @@ def _estimates(
         fit: of them.
         model: what is stated.
         without: names of those that the runs do not determine.
-        unlike: share by which another mesh, that follows as badly, has a parameter otherwise; it
-            counts like half an interval.
+        doubts: share by which a parameter may be off beyond what the runs leave open: another
+            mesh, that follows as badly, has it otherwise, or the mesh is too coarse; it counts like
+            half an interval.
     """
     found: dict[str, ParameterEstimate] = {}
     found_intervals = intervals(fit, covariance(fit))
@@ -280,7 +297,7 @@ def _estimates(
         if parameter.scope is Scope.RUN or name in without:
             continue
         stated = getattr(model.parameters, name)
-        more = unlike.get(name, 0.0) * value
+        more = doubts.get(name, 0.0) * value
         below, above = (float(np.hypot(end - value, more)) for end in (one.low, one.high))
         found[name] = ParameterEstimate(
             value, value - below, value + above, parameter.unit, stated.value, stated.tolerance,

@@ -2,10 +2,11 @@
 
 The model's stiffness and damping are those of a chain of as many increments as the shape lists (16
 in the thesis). Each listed hinge represents the strip half an increment to either side of it: its
-bend and its compliance are uniform there, the two end halves stay straight and rigid. A chain of
-another number of increments distributes the strip between two of its hinges to both by the lever
-rule. So the whole strip bends by the same angle about the same point under the same moment for any
-number of increments, and the discretisation error falls with its square.
+compliance is uniform there, the two end halves stay straight and rigid. The strip bends by each
+listed angle within that hinge's part, smoothly: its direction is the natural cubic spline through
+the ends of the parts. A chain of another number of increments distributes the strip between two of
+its hinges to both by the lever rule. So the whole strip turns by the same angle under the same moment
+for any number of increments, and the discretisation error falls with its square.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 __all__ = ["Hinge", "hinges"]
@@ -47,10 +49,8 @@ def hinges(
     """
     if increments == len(angles):
         return _listed(angles, values)
-    listed = len(angles)
-    share = _shares(listed, increments)
-    bend = share @ np.asarray(angles[1:], dtype=float)
-    compliance = share.sum(axis=1) / values["hinge_stiffness"]
+    bend = _bends(angles, increments)
+    compliance = _yielding(len(angles), increments) / values["hinge_stiffness"]
     ratio = values["hinge_damping"] / values["hinge_stiffness"]
     root = 1 / (1 / values["root_stiffness"] + compliance[0])
     chain = [
@@ -66,17 +66,39 @@ def hinges(
     return tuple(chain)
 
 
-def _shares(listed: int, increments: int) -> NDArray[np.float64]:
-    """Return the share of each listed hinge but the root in each hinge of a chain, (n, l - 1).
+def _bends(angles: Sequence[float], increments: int) -> NDArray[np.float64]:
+    """Return the angle at rest of each hinge of a chain but for alpha_0, (n,) [rad]."""
+    ends = np.arange(len(angles)) + 0.5  # of the listed hinges' parts, in listed increments
+    turned = np.concatenate([[0.0], np.cumsum(angles[1:])])
+    direction = scipy.interpolate.CubicSpline(ends, turned, bc_type="natural")
+    places = _places(len(angles), increments)
+    sideways = direction.antiderivative()(np.clip(places, ends[0], ends[-1]))
+    return _by_levers(sideways + np.maximum(places - ends[-1], 0.0) * turned[-1], places)
 
-    Sum and first moment of the strip are kept. There is no hinge at the far end of the chain, where
-    T is fixed to it: its share goes to the two before it.
+
+def _yielding(listed: int, increments: int) -> NDArray[np.float64]:
+    """Return how much each hinge of a chain yields, (n,) [of a listed hinge]."""
+    places = _places(listed, increments)
+    past = np.clip(places - 0.5, 0.0, listed - 1.0)
+    return _by_levers(past**2 / 2 + np.maximum(places - listed + 0.5, 0.0) * (listed - 1), places)
+
+
+def _places(listed: int, increments: int) -> NDArray[np.float64]:
+    """Return the places of a chain's hinges and one beyond each end, (n + 3,) [increments]."""
+    return np.arange(-1, increments + 2) * listed / increments
+
+
+def _by_levers(twice: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return what a chain's hinges have of what lies along the strip, (n,).
+
+    Sum and first moment are kept. There is no hinge at the far end of the chain, where T is fixed
+    to it: its share goes to the two before it.
+
+    Args:
+        twice: (n + 3,) the strip's density, integrated twice up to each place.
+        places: (n + 3,) of `_places` [increments].
     """
-    begin = np.arange(listed - 1) + 0.5  # a listed hinge k covers k - 1/2 to k + 1/2 increments
-    cell = listed / increments
-    past = (np.arange(-1, increments + 2) * cell)[:, None] - begin
-    moment = np.clip(past, 0.0, 1.0) ** 2 / 2 + np.maximum(past - 1.0, 0.0)
-    share = np.diff(moment, n=2, axis=0) / cell
+    share = np.diff(twice, n=2) / (places[1] - places[0])
     end = share[-1]
     share[-2] += 2 * end
     share[-3] -= end

@@ -209,10 +209,10 @@ def _add_beam(foot: mujoco.MjsBody, robot: Robot) -> mujoco.MjsBody:
 
 
 def _add_top(last: mujoco.MjsBody, robot: Robot) -> mujoco.MjsBody:
-    step = robot.length / robot.increments
+    step, own = robot.length / robot.increments, robot.length / len(robot.angles)
     mass = robot.values["top_mass"]
     top = last.add_body(name="top", pos=[step, 0, 0])
-    _set_inertia(top, mass, mass / 12 * np.array([_THIN, step**2, step**2]))
+    _set_inertia(top, mass, mass / 12 * np.array([_THIN, own**2, own**2]))
     top.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.012, 0.015, 0.012], mass=0)
     return top
 
