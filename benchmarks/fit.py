@@ -29,12 +29,14 @@ from benchmarks.bank.courses import Course, Generator, Job  # noqa: E402
 from benchmarks.bank.observe import NOISE_M, film  # noqa: E402
 from benchmarks.bank.write import measured_run  # noqa: E402
 from workbench.fit import (  # noqa: E402
+    LIMITS,
     Estimator,
     Hopper,
     MeasuredRun,
     ParameterVector,
     free_parameters,
     likeliest,
+    parameters_within_tolerance,
     refined,
 )
 from workbench.identify import identify  # noqa: E402
@@ -145,6 +147,11 @@ def held(robots: int, seed: int) -> None:
             rng = np.random.default_rng([seed, number])
             values = dict(MODEL.values())
             values |= {p.name: p.value(float(rng.normal())) for p in free}
+            values |= {
+                p.name: p.nominal + LIMITS * p.deviation * float(rng.uniform(-1, 1))
+                for p in parameters_within_tolerance(MODEL, ["clamped"])
+                if p.name not in BEAM
+            }
             runs = _runs(engine, values, courses, 1000 * (seed + 1) + number)
             for name, one in identify(runs, MODEL, SHAPE, list(BEAM)).estimates.items():
                 true = values[name]
@@ -184,7 +191,7 @@ def _print_fit(
     found = identify(runs, model, SHAPE, names)
     seconds, cpu = time.perf_counter() - begin, time.process_time() - spent
     print(f"\n{title}, {len(runs)} runs: {seconds:.0f} s, {cpu:.0f} s of a core (bar 40 s)")
-    print(f"{'parameter':20}{'start %':>9}{'error %':>9}{'bar':>6}{'  interval holds the truth'}")
+    print(f"{'parameter':20}{'start %':>9}{'error %':>9}{'bar':>6}{'90 % +-':>9}{'  holds'}")
     for name, one in found.estimates.items():
         true = truth[name]
         kind = next((k for k in BARS if k in name.split("_")[1:]), "ground")
@@ -192,8 +199,8 @@ def _print_fit(
         error = 100 * (one.value / true - 1)
         holds = "yes" if one.low <= true <= one.high else "no"
         print(
-            f"{name:20}{100 * (one.stated / true - 1):9.1f}{error:9.2f}{bar:6.0f}  {holds}"
-            f"{_verdict(abs(error) <= bar)}",
+            f"{name:20}{100 * (one.stated / true - 1):9.1f}{error:9.2f}{bar:6.0f}"
+            f"{100 * one.half_width / true:9.2f}  {holds}{_verdict(abs(error) <= bar)}",
             flush=True,
         )
     noise = _sizes(found.process_noise)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +12,7 @@ import typer
 from workbench.bundle import Bundle, runs_named
 from workbench.cli.console import progress, show_table, stderr
 from workbench.cli.plain_output import JsonFlag, RunArguments, RunsFolder, emit
-from workbench.identify import BEAM, Identification
+from workbench.identify import BEAM, Identification, ParameterEstimate
 from workbench.report import fit_runs
 
 __all__ = ["identify"]
@@ -57,14 +58,21 @@ def _names(fit: str) -> list[str]:
 
 
 def _print(found: Identification) -> None:
-    rows = [
-        [name, f"{e.value:.5g}", f"{e.low:.5g} to {e.high:.5g}", f"{e.stated:.5g}",
-         f"{100 * (e.value / e.stated - 1):+.2f} %", e.unit]
-        for name, e in found.estimates.items()
-    ]  # fmt: skip
-    head = ["parameter", "value", "90 % interval", "nominal", "change", "unit"]
-    show_table(f"{len(found.runs)} runs, misfit {found.misfit:.2f} times the noise", head, rows)
+    title = f"{len(found.runs)} runs, misfit {found.misfit:.2f} times the noise"
+    _print_estimates(title, found.estimates)
+    if found.within_tolerance:
+        _print_estimates("the model's other numbers, within tolerance", found.within_tolerance)
     for one in found.not_determined:
         stderr.print(f"not determined: {one}", markup=False)
     for warning in found.warnings:
         stderr.print(f"note: {warning}", markup=False)
+
+
+def _print_estimates(title: str, estimates: Mapping[str, ParameterEstimate]) -> None:
+    rows = [
+        [name, f"{e.value:.4g}", f"± {e.half_width:.2g}", f"{e.stated:.4g}",
+         f"{100 * (e.value / e.stated - 1):+.2f} %", e.unit]
+        for name, e in estimates.items()
+    ]  # fmt: skip
+    head = ["parameter", "value", "90 %", "nominal", "change", "unit"]
+    show_table(title, head, rows)

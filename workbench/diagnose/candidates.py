@@ -7,24 +7,13 @@ zero, or a number of the model that is freed from its tolerance.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from workbench.fit import Parameter, Scope, free_parameters
-from workbench.schemas import ModelFile
+from workbench.fit import Parameter, Scope
 from workbench.sim import EFFECTS, Effect
 
-__all__ = ["LIMITS", "Candidate", "hopper_base", "hopper_candidates"]
+__all__ = ["Candidate", "hopper_candidates"]
 
-LIMITS = 3**0.5
-"""Tolerance of a number over its standard deviation: that of a rectangular distribution within it
-(JCGM 100:2008, 4.3.7)."""
-
-_BEAM = (
-    "hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping", "top_mass", "beam_mass",
-    "rotor_mass", "rotor_radius",
-)  # fmt: skip
-_FLOOR = ("foot_mass", "ground_stiffness", "ground_damping", "friction_slide", "friction_stick")
-_ON_FLOOR = {"hop", "drop"}
 _FREES = {
     "hinge_stiffness": ("hinge_stiffness",),
     "root_stiffness": ("root_stiffness",),
@@ -43,7 +32,6 @@ _ELSEWHERE = ("drive", "numerics")
 """Groups that the observer does not judge: the rotor's angle is an input, and finer steps or
 increments are tried by themselves."""
 _UNSEEN = ("time_offset",)  # every run finds its own time zero
-_STEEP = 100.0
 
 
 @dataclass(frozen=True)
@@ -77,22 +65,6 @@ class Candidate:
     separated_by: str = ""
     instead_of: tuple[str, ...] = ()
     unlike: bool = False
-
-
-def hopper_base(model: ModelFile, modes: Collection[str]) -> tuple[Parameter, ...]:
-    """Return the numbers of the robot that runs of some modes feel, with their tolerances."""
-    names = _BEAM + (_FLOOR if set(modes) & _ON_FLOOR else ())
-    uncertain = [name for name in names if getattr(model.parameters, name).tolerance > 0]
-    return tuple(
-        replace(
-            one,
-            flat=False,
-            deviation=one.deviation / LIMITS,
-            low=one.nominal / _STEEP,
-            high=one.nominal * _STEEP,
-        )
-        for one in free_parameters(model, uncertain)
-    )
 
 
 def hopper_candidates(

@@ -10,7 +10,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.candidates import LIMITS
 from workbench.diagnose.extension import Effects
 from workbench.diagnose.facts import Facts, Fault
 from workbench.diagnose.mechanism_accelerations import accelerometer, added_up
@@ -30,6 +29,7 @@ from workbench.diagnose.validate import Errors
 from workbench.errors import FileFaults, InputError
 from workbench.fit import (
     FIELDS,
+    LIMITS,
     Channel,
     Edit,
     Free,

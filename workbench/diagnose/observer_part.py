@@ -8,14 +8,14 @@ from functools import partial
 
 import numpy as np
 
-from workbench.diagnose.candidates import LIMITS, Candidate
+from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.decide import Part, Scored, chosen, decide, versus
 from workbench.diagnose.findings import Cause, EstimatedQuantity, Refit, quantity_of
 from workbench.diagnose.fits import Fits, Hypothesis
 from workbench.diagnose.linear import beyond
 from workbench.diagnose.screening import Promise
 from workbench.diagnose.wording import together
-from workbench.fit import Scope
+from workbench.fit import LIMITS, Scope
 from workbench.progress import Stage
 
 __all__ = ["ObserverPart", "observer_part"]

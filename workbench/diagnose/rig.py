@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.bundle import Bundle
-from workbench.diagnose.candidates import Candidate, hopper_base, hopper_candidates
+from workbench.diagnose.candidates import Candidate, hopper_candidates
 from workbench.diagnose.extension import Effects, write_extension
 from workbench.diagnose.facts import Facts, Fault
 from workbench.diagnose.hopper_faults import hopper_faults
@@ -28,6 +28,7 @@ from workbench.fit import (
     coloured_noise,
     measured_runs,
     paced,
+    parameters_within_tolerance,
     same_robot,
 )
 from workbench.progress import Progress
@@ -158,7 +159,7 @@ class HopperRig:
         self.robot = make_robot(model.values(), shape, model.increments, model.quantities())
         self.coloured = coloured_noise(self.measured)
         self._modes = {run.mode for run in runs} | set(modes)
-        self.base = hopper_base(model, self._modes)
+        self.base = parameters_within_tolerance(model, self._modes)
         self.candidates = hopper_candidates(self._modes, self.base, self.robot.effects)
         self._quantities: Mapping[str, tuple[str, str]] = {
             parameter.name: (one.name, quantity)

@@ -29,7 +29,7 @@ from workbench.fit.noise import coloured_noise
 from workbench.fit.observation import Observation
 from workbench.fit.observer import Innovations, Job, Start, observe
 from workbench.fit.online import LEAST_REST, Estimate, OnlineObserver, PointForces
-from workbench.fit.parameters import Acts, Parameter, ParameterVector, Scope
+from workbench.fit.parameters import LIMITS, Acts, Parameter, ParameterVector, Scope
 from workbench.fit.prediction import predictions
 from workbench.fit.process import likeliest
 from workbench.fit.replay import Replay, compared, compared_s, replayed
@@ -37,7 +37,8 @@ from workbench.fit.smoother import WINDOW, at_points, smoothed
 from workbench.fit.soundness import warnings_of
 from workbench.fit.state import estimated_state, pose
 from workbench.fit.system import System
-from workbench.fit.systems.hopper import FOOT, HOPPING_BEAM, Hopper, free_parameters
+from workbench.fit.systems.hopper import FOOT, HOPPING_BEAM, Hopper
+from workbench.fit.systems.hopper_model import free_parameters, parameters_within_tolerance
 from workbench.fit.systems.hopper_view import View
 from workbench.fit.systems.mjcf import MjcfSystem
 from workbench.fit.systems.mjcf_fields import FIELDS

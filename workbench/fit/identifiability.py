@@ -1,8 +1,8 @@
 """Which parameters the data separate: the null space of the scaled information.
 
-What only single runs know is eliminated; what is left is scaled by the parameters' prior
-deviations. A direction along which the data leave more than half a deviation is not determined:
-its parameters act together, and only what remains of them is.
+What only single runs know is eliminated, and what its tolerance holds; what is left is scaled by
+the parameters' prior deviations. A direction along which the data leave more than half a deviation
+is not determined: its parameters act together, and only what remains of them is.
 """
 
 from __future__ import annotations
@@ -63,16 +63,16 @@ def undetermined(vector: ParameterVector, information: Array) -> list[Combinatio
 
     Args:
         vector: of the parameters.
-        information: (p, p) of the minimiser's numbers [1], priors of single runs included.
+        information: (p, p) of the minimiser's numbers [1], priors included.
     """
-    shared = np.array([p.scope is not Scope.RUN for p in vector.parameters])
+    shared = np.array([_is_asked(p) for p in vector.parameters])
     own = ~shared
     left = information[np.ix_(shared, shared)]
     if own.any():
         cross = information[np.ix_(shared, own)]
         left = left - cross @ np.linalg.solve(information[np.ix_(own, own)], cross.T)
     strength, directions = np.linalg.eigh((left + left.T) / 2)
-    members = [p for p in vector.parameters if p.scope is not Scope.RUN]
+    members = [p for p in vector.parameters if _is_asked(p)]
     scale = np.array([p.share if p.positive else p.deviation for p in members])
     found = []
     for value, direction in zip(strength, directions.T, strict=True):
@@ -103,6 +103,11 @@ def separable(fit: Fit, progress: Progress = lambda text: None) -> tuple[Fit, li
     return fit, found
 
 
+def _is_asked(parameter: Parameter) -> bool:
+    """Return whether the data alone are to determine a parameter: no prior holds it."""
+    return parameter.scope is not Scope.RUN and parameter.flat
+
+
 def _exactness(parameter: Parameter) -> float:
     return parameter.share if parameter.positive else parameter.deviation
 
@@ -112,7 +117,6 @@ def _without(fit: Fit, held: Parameter, along: Combination) -> Fit:
     parameters, x = fit.vector.parameters, fit.x.copy()
     k = parameters.index(held)
     direction = np.array([along.powers.get(p.name, 0.0) / _exactness(p) for p in parameters])
-    direction[[p.scope is Scope.RUN for p in parameters]] = 0.0
     x -= x[k] / direction[k] * direction
     kept = np.delete(np.arange(len(x)), k)
     vector = ParameterVector(tuple(parameters[i] for i in kept))

@@ -14,7 +14,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Acts", "Parameter", "ParameterVector", "Scope"]
+__all__ = ["LIMITS", "Acts", "Parameter", "ParameterVector", "Scope"]
 
 Array = NDArray[np.float64]
 
@@ -82,6 +82,11 @@ class Parameter:
         if self.positive:
             return float(np.log(value / self.nominal) / self.share)
         return float((value - self.nominal) / self.deviation)
+
+
+LIMITS = 3**0.5
+"""Tolerance of a number over its standard deviation: that of a rectangular distribution within it
+(JCGM 100:2008, 4.3.7)."""
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ from workbench.fit import (
     free_parameters,
     intervals,
     paced,
+    parameters_within_tolerance,
     separable,
     warnings_of,
 )
@@ -109,7 +110,8 @@ class Identification:
     """What the runs say about the model.
 
     Args:
-        estimates: by parameter.
+        estimates: by parameter, of those that were named.
+        within_tolerance: by parameter, of the others that moved within theirs.
         values: every fitted parameter, those that carry a combination included.
         not_determined: what the runs leave open; those parameters keep their stated values, but
             for one of each product or ratio, which carries it.
@@ -121,6 +123,7 @@ class Identification:
     """
 
     estimates: Mapping[str, ParameterEstimate]
+    within_tolerance: Mapping[str, ParameterEstimate]
     values: Mapping[str, float]
     not_determined: tuple[str, ...]
     misfits: Mapping[str, float]
@@ -132,7 +135,8 @@ class Identification:
     def __repr__(self) -> str:
         """Return the misfit and each estimate, a line each."""
         head = f"{len(self.runs)} runs fitted, misfit {self.misfit:.2f} times the noise"
-        return "\n  ".join([head, *(f"{name} {one}" for name, one in self.estimates.items())])
+        every = {**self.estimates, **self.within_tolerance}
+        return "\n  ".join([head, *(f"{name} {one}" for name, one in every.items())])
 
     @property
     def misfit(self) -> float:
@@ -157,11 +161,14 @@ def identify(
 ) -> Identification:
     """Fit parameters of a model to measured runs.
 
+    Where the foot is held, the model's other numbers move within their tolerances: a gram more on
+    T, held as stated, is stiffness that the fit finds too low.
+
     Args:
         runs: of any modes; those with information on the named parameters are fitted together.
         model: the start, with its tolerances.
         shape: of the beam in the runs.
-        names: of the parameters; the others stay as stated.
+        names: of the parameters.
         progress: receives each stage.
         threads: 0 takes all cores.
 
@@ -170,8 +177,9 @@ def identify(
     """
     if not names:
         raise InputError("no parameter is named; --fit takes names, for example hinge_stiffness")
-    free = free_parameters(model, names)
+    named = free_parameters(model, names)
     used = [paced(run) for run in informative_runs(names, runs)]
+    free = (*named, *(one for one in _others(model, used) if one.name not in names))
     robot = make_robot(model.values(), shape, model.increments)
     system = Hopper(robot, used, free)
     fit = fit_system(system, ParameterVector(system.parameters), progress=progress, threads=threads)
@@ -190,17 +198,29 @@ def identify(
         doubts |= {name: float(np.hypot(doubts.get(name, 0.0), coarse)) for name in _STIFFNESSES}
     fit, open_ = separable(fit, progress)
     members = {name for one in open_ for name in one.names}
-    estimates = _estimates(fit, model, members, doubts)
+    every = _estimates(fit, model, members, doubts)
+    estimates = {name: one for name, one in every.items() if name in names}
     values = {
         p.name: value for p, value in fit.vector.values(fit.x).items() if p.scope is not Scope.RUN
     }
-    if not values:
+    if not values.keys() & set(names):
         raise InputError("the runs determine none of the parameters: " + "; ".join(_said(open_)))
     return Identification(
-        estimates, values, tuple(_said(open_)), _misfits(fit),
-        tuple(_warnings(estimates, fit, model.increments, robot.increments)), tuple(used),
+        estimates, {name: one for name, one in every.items() if name not in names}, values,
+        tuple(_said(open_)), _misfits(fit),
+        tuple(_warnings(every, fit, model.increments, robot.increments)), tuple(used),
         replace(robot, values={**robot.values, **values}), fit,
     )  # fmt: skip
+
+
+def _others(model: ModelFile, runs: Sequence[MeasuredRun]) -> tuple[Parameter, ...]:
+    """Return what moves within its tolerance beside what is named.
+
+    Where a foot lands, nothing: what was weighed alone tells the scale of all masses and
+    stiffnesses, and slopes between kinks claim to know it.
+    """
+    modes = {run.mode for run in runs}
+    return () if modes & set(_FREE) else parameters_within_tolerance(model, modes)
 
 
 def misses_physics(fit: Fit) -> bool:

@@ -5,8 +5,8 @@ in the thesis). Each listed hinge represents the strip half an increment to eith
 compliance is uniform there, the two end halves stay straight and rigid. The strip bends by each
 listed angle within that hinge's part, smoothly: its direction is the natural cubic spline through
 the ends of the parts. A chain of another number of increments distributes the strip between two of
-its hinges to both by the lever rule. So the whole strip turns by the same angle under the same moment
-for any number of increments, and the discretisation error falls with its square.
+its hinges to both by the lever rule. So the whole strip turns by the same angle under the same
+moment for any number of increments, and the discretisation error falls with its square.
 """
 
 from __future__ import annotations

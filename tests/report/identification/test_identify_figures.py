@@ -43,6 +43,7 @@ from workbench.timeseries import TimeSeries
 NOISE_M = 2e-4
 STIFFNESS = ParameterEstimate(9.3, 9.28, 9.32, "N m/rad", 9.5, 0.5)
 ROOT = ParameterEstimate(12.1, 12.0, 12.2, "N m/rad", 12.0, 1.0)
+MASS = ParameterEstimate(0.0891, 0.0887, 0.0895, "kg", 0.088, 0.002)
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +70,8 @@ def fitted(robot: Robot, ring: MeasuredRun) -> Identification:
     vector = ParameterVector(system.parameters)
     estimator = Estimator.of(system, vector, {"beam": 1e-5, "foot": 1e-5})
     return Identification(
-        estimates={"hinge_stiffness": STIFFNESS, "root_stiffness": ROOT}, values={},
+        estimates={"hinge_stiffness": STIFFNESS, "root_stiffness": ROOT},
+        within_tolerance={"top_mass": MASS}, values={},
         not_determined=(), misfits={"ring": 1.02}, warnings=("k is far from <stated>",),
         runs=(ring,), robot=robot, fit=settled(estimator, np.zeros(len(vector))),
     )  # fmt: skip
@@ -199,6 +201,7 @@ def test_the_report_of_an_identification_tells_everything(
     for words in (
         "k, stiffness of a hinge", "9.28 to 9.32", "-2.1 %", "k is far from &lt;stated",
         "0.31 mm", "only this product", "abc123", "Misfit in sigma", "ring",
+        "other numbers, which moved within their tolerances", "top mass", "0.0887 to 0.0895",
     ):  # fmt: skip
         assert words in text, words
     assert text.count("<svg") == 5  # 4.4, 4.5, 4.3, 4.2 and damping; no sweep was given

@@ -25,7 +25,7 @@ from workbench.fit.observation import Observation, Pose
 from workbench.fit.observer import Start
 from workbench.fit.parameters import Parameter
 from workbench.fit.soundness import clock_words
-from workbench.fit.systems.hopper_model import anchors, free_parameters, jacobian
+from workbench.fit.systems.hopper_model import anchors, jacobian
 from workbench.fit.systems.hopper_own import Own, own_of
 from workbench.fit.systems.hopper_rest import held, rest_of
 from workbench.fit.systems.hopper_seen import is_clamped, seen_run
@@ -43,7 +43,7 @@ from workbench.sim import (
     unloaded,
 )
 
-__all__ = ["BEAM", "FOOT", "HOPPING_BEAM", "Hopper", "free_parameters"]
+__all__ = ["BEAM", "FOOT", "HOPPING_BEAM", "Hopper"]
 
 Array = NDArray[np.float64]
 

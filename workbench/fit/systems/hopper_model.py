@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError, did_you_mean
-from workbench.fit.parameters import Parameter
+from workbench.fit.parameters import LIMITS, Parameter
 from workbench.schemas import UNITS, ModelFile
 from workbench.sim import CORNER_FIELDS, CORNERS, SAMPLE_RATE_HZ, highest_mode
 
-__all__ = ["anchors", "coarsen", "free_parameters", "jacobian"]
+__all__ = ["anchors", "coarsen", "free_parameters", "jacobian", "parameters_within_tolerance"]
 
 Array = NDArray[np.float64]
 
 _COARSE_STEPS, _COARSE_ARMATURE, _COARSE_MARGIN = 6, 1e-5, 0.6
 _GROUND_STEPS, _GROUND_ARMATURE = 17, 1e-6  # a softer stick grips and slips at other instants
 _STEEP = 3.0  # a parameter stays within a third and three times its nominal value
+_STEEP_WITHIN = 100.0  # one that has its tolerance as a prior is held by that
+_OF_BEAM = (
+    "hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping", "top_mass", "beam_mass",
+    "rotor_mass", "rotor_radius",
+)  # fmt: skip
+_OF_FLOOR = ("foot_mass", "ground_stiffness", "ground_damping", "friction_slide", "friction_stick")
+_ON_FLOOR = {"hop", "drop"}
 
 
 def free_parameters(model: ModelFile, names: Sequence[str]) -> tuple[Parameter, ...]:
@@ -44,6 +52,22 @@ def free_parameters(model: ModelFile, names: Sequence[str]) -> tuple[Parameter, 
                       stated.value * _STEEP, positive=True, flat=True)
         )  # fmt: skip
     return tuple(found)
+
+
+def parameters_within_tolerance(model: ModelFile, modes: Collection[str]) -> tuple[Parameter, ...]:
+    """Return the numbers of the robot that runs of some modes feel, held by their tolerances."""
+    names = _OF_BEAM + (_OF_FLOOR if set(modes) & _ON_FLOOR else ())
+    uncertain = [name for name in names if getattr(model.parameters, name).tolerance > 0]
+    return tuple(
+        replace(
+            one,
+            flat=False,
+            deviation=one.deviation / LIMITS,
+            low=one.nominal / _STEEP_WITHIN,
+            high=one.nominal * _STEEP_WITHIN,
+        )
+        for one in free_parameters(model, uncertain)
+    )
 
 
 def jacobian(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> Array:

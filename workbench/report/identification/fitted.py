@@ -47,6 +47,7 @@ class Fitted:
         found = self.found
         return {
             "parameters": {name: one.as_json() for name, one in found.estimates.items()},
+            "within_tolerance": {n: one.as_json() for n, one in found.within_tolerance.items()},
             "not_determined": list(found.not_determined),
             "validation": self.validation.as_json(),
             "misfit": found.misfit,
@@ -90,8 +91,9 @@ def fit_runs(
     )
     used = tuple(run.name for run in found.runs)
     written = write_model(
-        target, stated, found.values, found.estimates, used, date.today(), found.robot.increments
-    )
+        target, stated, found.values, {**found.estimates, **found.within_tolerance}, used,
+        date.today(), found.robot.increments,
+    )  # fmt: skip
     progress(Stage("validate on runs that the fit has not seen", 0.8))
     held = [run for run in measured if run.role == "held_out"]
     validation = validate(held, stated.content, written.content, shape.content)

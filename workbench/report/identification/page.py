@@ -14,6 +14,7 @@ from workbench.identify import (
     Identification,
     ModeDamping,
     Pair,
+    ParameterEstimate,
     Resonances,
     Spectrum,
     fitted_pairs,
@@ -135,11 +136,17 @@ def _verdict(found: Identification) -> str:
 
 
 def _parameters(found: Identification) -> Markup:
+    others = found.within_tolerance
+    words = Markup("<p>The model's other numbers, which moved within their tolerances:</p>")
+    return _estimates(found.estimates) + (words + _estimates(others) if others else Markup())
+
+
+def _estimates(estimates: Mapping[str, ParameterEstimate]) -> Markup:
     heads = ("Parameter", "Value", "90 % interval", "Stated", "Change", "Unit")
     rows = [
         (_NAMES.get(name, name.replace("_", " ")), *_within(e.value, e.low, e.high),
          f"{e.stated:.4g}", f"{100 * (e.value / e.stated - 1):+.1f} %", e.unit)
-        for name, e in found.estimates.items()
+        for name, e in estimates.items()
     ]  # fmt: skip
     return table(rows, heads) if rows else Markup()
 
