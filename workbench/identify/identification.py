@@ -216,7 +216,7 @@ def identify(
 def _others(model: ModelFile, runs: Sequence[MeasuredRun]) -> tuple[Parameter, ...]:
     """Return what moves within its tolerance beside what is named.
 
-    Where a foot lands, nothing: what was weighed alone tells the scale of all masses and
+    Where a foot lands, nothing: only what was weighed determines the scale of all masses and
     stiffnesses, and slopes between kinks claim to know it.
     """
     modes = {run.mode for run in runs}
@@ -279,8 +279,8 @@ def informative_runs(names: Collection[str], runs: Sequence[MeasuredRun]) -> lis
 def _coarseness(robot: Robot) -> float:
     """Return the share by which stiffness is off to make up for a chain of too few increments.
 
-    What a chain's frequencies lack of the strip's falls with the square of its increments: of what
-    it lacks, one of twice as many has three quarters more. Stiffness goes with their square.
+    A chain rings below its strip by what falls with the square of its increments: three quarters of
+    that are gone with twice as many. Stiffness goes with the square of frequency.
     """
     finer = linear_modes(replace(robot, increments=2 * robot.increments), count=_SEEN)
     modes = zip(linear_modes(robot, count=_SEEN), finer, strict=True)

@@ -57,7 +57,8 @@ def free_parameters(model: ModelFile, names: Sequence[str]) -> tuple[Parameter, 
 def parameters_within_tolerance(model: ModelFile, modes: Collection[str]) -> tuple[Parameter, ...]:
     """Return the numbers of the robot that runs of some modes feel, held by their tolerances."""
     names = _OF_BEAM + (_OF_FLOOR if set(modes) & _ON_FLOOR else ())
-    uncertain = [name for name in names if getattr(model.parameters, name).tolerance > 0]
+    stated = {name: getattr(model.parameters, name) for name in names}
+    uncertain = [name for name, one in stated.items() if one.tolerance > 0 and one.value > 0]
     return tuple(
         replace(
             one,
