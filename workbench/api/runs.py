@@ -206,7 +206,8 @@ class Runs(tuple[Run, ...]):
 
         Returns:
             `found.estimates`, values with 90 % intervals in the unit of the model file,
-            `validation`, the fitted `model` and its `report`.
+            `found.within_tolerance`, those of the model's other numbers that moved, `validation`,
+            the fitted `model` and its `report`.
 
         Raises:
             InputError: when `out` exists, the runs are of several robots, none is complete, or a
