@@ -32,6 +32,16 @@ def changed(**values: float) -> ModelFile:
     return MODEL.model_copy(update={"parameters": parameters})
 
 
+def known(model: ModelFile, *uncertain: str) -> ModelFile:
+    """Return the model with tolerances of zero, but for some numbers."""
+    own = {
+        name: parameter.model_copy(update={"tolerance": 0.0})
+        for name, parameter in dict(model.parameters).items()
+        if name not in uncertain
+    }
+    return model.model_copy(update={"parameters": model.parameters.model_copy(update=own)})
+
+
 def driven(
     model: ModelFile, mode: str, omega: float, seconds: float, role: Role = "train"
 ) -> MeasuredRun:
