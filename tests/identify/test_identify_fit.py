@@ -177,11 +177,14 @@ def test_a_gram_within_its_tolerance_is_no_damping_and_no_finer_beam() -> None:
 
 
 @pytest.mark.long
+@pytest.mark.budget(60)  # four hops of ten seconds
 def test_hops_that_begin_30_percent_off_end_at_the_truth() -> None:
-    """With differences over a tenth of a deviation sliding friction stayed 11 to 20 % off."""
-    truth = {"ground_stiffness": 140.0, "friction_slide": 0.4, "friction_stick": 0.5}
-    runs = [driven(MODEL, "hop", omega, 6.0) for omega in (16.0, 18.0)]
-    model = changed(**{name: 1.3 * value for name, value in truth.items()})
+    """With differences over a tenth of a deviation sticking friction stayed 10 % off."""
+    factors = {"ground_stiffness": 0.77, "ground_damping": 1.4, "friction_slide": 0.77,
+               "friction_stick": 0.77, "foot_mass": 0.95}  # fmt: skip
+    truth = {name: MODEL.values()[name] for name in factors}
+    runs = [driven(MODEL, "hop", omega, 10.0) for omega in (16.0, 17.0, 18.0, 19.0)]
+    model = changed(**{name: value / factors[name] for name, value in truth.items()})
     found = identify(runs, model, SHAPE, tuple(truth))
     print(found)
     assert found.within_tolerance == {}
