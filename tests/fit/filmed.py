@@ -32,7 +32,7 @@ def twin_motion(course: Course, effects: Quantities | None = None) -> TimeSeries
     return TwinGenerator(SHAPE).motions([Job(VALUES, effects or {}, course)])[0]
 
 
-def measured(motion: TimeSeries, course: Course, seed: int = 0) -> MeasuredRun:
+def measured(motion: TimeSeries, course: Course, seed: int | list[int] = 0) -> MeasuredRun:
     """A motion as cameras with 0.3 mm of white noise see it."""
     seen = observe.film(motion, "A", np.random.default_rng(seed))
     return measured_run(Run(f"{course.mode} run", "train", course, seen))
