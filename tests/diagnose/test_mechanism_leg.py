@@ -144,6 +144,11 @@ def test_a_shared_number_comes_on_top_of_what_each_has(tmp_path: Path) -> None:
     [
         ("hip + knee: {", "hip + ankle: {", "the model has no joint 'ankle'; it has hip, knee"),
         ("hip + knee: {", "hip + hip: {", "hip + hip: one of them stands twice"),
+        (
+            "hip + knee: {coulomb_friction: 0.2, armature: 0.01}",
+            "hip + hip: {compliance: 0.01}",
+            "hip + hip: one of them stands twice",
+        ),
         ("hip_Nm + knee_Nm", "hip_Nm + knee", "no input 'knee'; did you mean 'knee_Nm'?"),
     ],
 )
