@@ -51,7 +51,7 @@ def test_the_new_model_holds_what_was_found_and_where_from(
     stated = load_model("thesis", tmp_path)
     names = [run.name for run in found.runs]
     path = tmp_path / "models" / "mine.yaml"
-    every = {**found.estimates, **found.within_tolerance}
+    every = found.every
     write_model(path, stated, found.values, every, names, date(2026, 3, 12), 32)
     read = load(path, ModelFile).content
     assert (read.name, read.increments) == ("mine", 32)
@@ -171,7 +171,7 @@ def test_a_gram_within_its_tolerance_is_no_damping_and_no_finer_beam() -> None:
     assert found.robot.increments == 16
     assert not [warning for warning in found.warnings if "misses something" in warning]
     for name, truth in true.values().items():
-        estimate = {**found.estimates, **found.within_tolerance}.get(name)
+        estimate = found.every.get(name)
         if estimate is not None:
             assert abs(estimate.value - truth) < 2 * estimate.half_width, name
     assert found.estimates["hinge_damping"].half_width < 0.0003

@@ -135,8 +135,12 @@ class Identification:
     def __repr__(self) -> str:
         """Return the misfit and each estimate, a line each."""
         head = f"{len(self.runs)} runs fitted, misfit {self.misfit:.2f} times the noise"
-        every = {**self.estimates, **self.within_tolerance}
-        return "\n  ".join([head, *(f"{name} {one}" for name, one in every.items())])
+        return "\n  ".join([head, *(f"{name} {one}" for name, one in self.every.items())])
+
+    @property
+    def every(self) -> dict[str, ParameterEstimate]:
+        """Return all estimates, those that were named first."""
+        return {**self.estimates, **self.within_tolerance}
 
     @property
     def misfit(self) -> float:

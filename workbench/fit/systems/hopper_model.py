@@ -22,11 +22,17 @@ _COARSE_STEPS, _COARSE_ARMATURE, _COARSE_MARGIN = 6, 1e-5, 0.6
 _GROUND_STEPS, _GROUND_ARMATURE = 17, 1e-6  # a softer stick grips and slips at other instants
 _STEEP = 3.0  # a parameter stays within a third and three times its nominal value
 _STEEP_WITHIN = 100.0  # one that has its tolerance as a prior is held by that
-_OF_BEAM = (
+_UNCERTAIN_BEAM = (
     "hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping", "top_mass", "beam_mass",
     "rotor_mass", "rotor_radius",
 )  # fmt: skip
-_OF_FLOOR = ("foot_mass", "ground_stiffness", "ground_damping", "friction_slide", "friction_stick")
+_UNCERTAIN_FLOOR = (
+    "foot_mass",
+    "ground_stiffness",
+    "ground_damping",
+    "friction_slide",
+    "friction_stick",
+)
 _ON_FLOOR = {"hop", "drop"}
 
 
@@ -56,7 +62,7 @@ def free_parameters(model: ModelFile, names: Sequence[str]) -> tuple[Parameter, 
 
 def parameters_within_tolerance(model: ModelFile, modes: Collection[str]) -> tuple[Parameter, ...]:
     """Return the numbers of the robot that runs of some modes feel, held by their tolerances."""
-    names = _OF_BEAM + (_OF_FLOOR if set(modes) & _ON_FLOOR else ())
+    names = _UNCERTAIN_BEAM + (_UNCERTAIN_FLOOR if set(modes) & _ON_FLOOR else ())
     stated = {name: getattr(model.parameters, name) for name in names}
     uncertain = [name for name, one in stated.items() if one.tolerance > 0 and one.value > 0]
     return tuple(

@@ -91,9 +91,8 @@ def fit_runs(
     )
     used = tuple(run.name for run in found.runs)
     written = write_model(
-        target, stated, found.values, {**found.estimates, **found.within_tolerance}, used,
-        date.today(), found.robot.increments,
-    )  # fmt: skip
+        target, stated, found.values, found.every, used, date.today(), found.robot.increments
+    )
     progress(Stage("validate on runs that the fit has not seen", 0.8))
     held = [run for run in measured if run.role == "held_out"]
     validation = validate(held, stated.content, written.content, shape.content)
