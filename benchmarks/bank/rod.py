@@ -158,7 +158,8 @@ def linear_frequencies(rod: Rod, rotor_angle: float, count: int = 3) -> Array:
 
 def _engine(rod: Rod, foot: Literal["free", "fixed"]) -> _Engine:
     v = rod.values
-    mesh = make_mesh(rod.angles, rod.length, v, rod.modes, rod.profile, rod.smooth)
+    joint = any(rod.laws.get(law, 0.0) > 0.0 for law in ("root_play", "hysteresis"))
+    mesh = make_mesh(rod.angles, rod.length, v, rod.modes, rod.profile, rod.smooth, joint)
     increment = rod.length / len(rod.angles)
     arm, point, radius = v["rotor_arm_mass"], v["rotor_mass"], v["rotor_radius"]
     radius *= 1 + rod.farther
@@ -230,9 +231,19 @@ def _rest(engine: _Engine, state: Array, angle: float, pull: float) -> Array:
         force = _balance(engine, state, pull, angle)[free]
         if np.abs(force).max() < _BALANCED:
             return state
-        change = np.linalg.solve(_slope(engine, state, free, pull, angle), -force)
+        change = _towards_rest(engine, _slope(engine, state, free, pull, angle), force)
         state[free] += change * min(1.0, 0.1 / max(np.abs(change).max(), 1e-12))
     raise ValueError(f"no rest: {np.abs(force).max():.2g} N(m) are left unbalanced")
+
+
+def _towards_rest(engine: _Engine, slope: Array, force: Array) -> Array:
+    """Return Newton's step; reversed where a joint with play would topple, which is no rest."""
+    if engine.constants.root_play > 0.0:
+        values, directions = np.linalg.eigh(-(slope + slope.T) / 2)
+        if values[0] < 0:
+            step = directions @ ((directions.T @ force) / np.abs(values))
+            return np.asarray(step, dtype=np.float64)
+    return np.linalg.solve(slope, -force)
 
 
 def _slope(engine: _Engine, state: Array, free: slice, pull: float, angle: float | None) -> Array:

@@ -5,8 +5,9 @@ increments at both ends are straight; the curvature at rest is the slope of a cu
 the listed angles summed up, so that every increment bends by its listed angle, smoothly.
 
 What the strip adds to its bend is a sum of the slowest clamped modes of the strip at rest, found
-from a foot joint and `_POLYNOMIALS` Legendre polynomials of curvature. The kinematics stay exact:
-only the angle theta(s) is expanded, never the place.
+from a foot joint and `_POLYNOMIALS` Legendre polynomials of curvature. A foot joint with play turns
+by itself within it, which slow modes do not do, so there it is one more shape. The kinematics stay
+exact: only the angle theta(s) is expanded, never the place.
 """
 
 from __future__ import annotations
@@ -69,6 +70,7 @@ def make_mesh(
     modes: int = MODES,
     profile: Mapping[str, float] | None = None,
     smooth: bool = True,
+    joint: bool = False,
 ) -> Mesh:
     """Return the strip's tables.
 
@@ -80,6 +82,7 @@ def make_mesh(
         profile: `near_foot`, `middle`, `near_top`, the share of stiffness lost in a third, with
             soft borders, and `bend` [rad] that the strip took as a set, spread evenly.
         smooth: whether the rest curvature is smooth; else it is even within an increment.
+        joint: whether the foot joint turns by itself as well, as one with play does.
     """
     profile = profile or {}
     increment = length / len(angles)
@@ -103,7 +106,7 @@ def make_mesh(
         values["beam_mass"] * weights / length, root, lengths, _within(), _WEIGHTS / 2,
         np.zeros((0, 0)),
     )  # fmt: skip
-    return _in_modes(mesh, values, modes)
+    return _in_modes(mesh, values, modes, joint)
 
 
 def _rest_angle(angles: Sequence[float], increment: float, places: Array, smooth: bool) -> Array:
@@ -141,7 +144,7 @@ def _within() -> Array:
     return part / 2
 
 
-def _in_modes(mesh: Mesh, values: Mapping[str, float], count: int) -> Mesh:
+def _in_modes(mesh: Mesh, values: Mapping[str, float], count: int, joint: bool) -> Mesh:
     """Return the mesh in its slowest modes, rotor and top as masses at T."""
     normal = -np.column_stack([np.sin(mesh.angle), np.cos(mesh.angle)])[:-1]
     share = normal[:, None, :] * mesh.turn[:-1, :, None]
@@ -159,6 +162,8 @@ def _in_modes(mesh: Mesh, values: Mapping[str, float], count: int) -> Mesh:
     stiffness = values["hinge_stiffness"] * bends
     stiffness += values["root_stiffness"] * np.outer(mesh.root, mesh.root)
     shapes = np.asarray(eigh(stiffness, mass)[1])[:, :count]
+    if joint:
+        shapes = np.column_stack([shapes, mesh.root])  # the first shape so far is that joint
     shapes = shapes / np.abs(mesh.turn @ shapes).max(axis=0)
     return mesh._replace(
         turn=np.ascontiguousarray(mesh.turn @ shapes),

@@ -13,8 +13,9 @@ from benchmarks.bank.courses import Course
 from tests.fit.filmed import measured, twin_motion
 from tests.identify.robots import MODEL, SHAPE, changed, driven, dropped, known, released
 from workbench.errors import InputError
+from workbench.fit import FINER
 from workbench.identify import Identification, identify, write_model
-from workbench.identify.identification import FINER, _estimates, informative_runs
+from workbench.identify.identification import _estimates, informative_runs
 from workbench.schemas import ModelFile, load, load_model
 from workbench.timeseries import TimeSeries
 

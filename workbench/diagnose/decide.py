@@ -307,6 +307,7 @@ def _without(
         for one, found in compared
         if len(one.names) == 1
         and found.gain > max(rules.maybe(one.numbers), rules.size * samples)
+        and found.sure > rules.apart
         and found.held > 0
     ]
     left = base.missing

@@ -34,6 +34,8 @@ from workbench.progress import Progress, Stage, portion
 
 __all__ = ["Diagnosis", "diagnose"]
 
+_LANDING = ("hop", "drop")  # modes in which a foot lands
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
@@ -192,8 +194,8 @@ def diagnose(
     sound = soundness(rig)
     fits = Fits(rig, rules, progress, threads, {fault.run for fault in sound.faults})
     fits.progress = portion(progress, 0.1, 0.4)
-    fits.progress("fit the base within its tolerances")
-    base = fits.base()
+    fits, base = _base(fits)
+    rig = fits.rig
     fits.progress = portion(progress, 0.4, 0.85)
     observer = observer_part(fits, base)
     drive = drive_part(fits, observer.best)
@@ -234,6 +236,24 @@ def diagnose(
         extended.errors(fits.held, None, angles[1], threads),
         extended, sound.evidence, rules, time.perf_counter() - begin, fits,
     )  # fmt: skip
+
+
+def _base(fits: Fits) -> tuple[Fits, Hypothesis]:
+    """Fit the base by the mesh that the runs prefer, the model's own or a finer one.
+
+    Too coarse a mesh bends otherwise than the strip does, which causes then make up for. Runs whose
+    foot is held show it, and are fitted in a tenth of the time.
+    """
+    fits.progress("fit the base within its tolerances")
+    finer, still = fits.rig.finer(), fits.of(fits.rig, _LANDING)
+    if finer is None or not still.train:
+        return fits, fits.base()
+    base = still.base()
+    fits.progress("fit it with a finer beam")
+    other = fits.of(finer, _LANDING).whole((), base.values)
+    base, rig = (other, finer) if other.cost < base.cost else (base, fits.rig)
+    lands, fits = len(still.train) < len(fits.train), fits.of(rig)
+    return fits, fits.whole((), base.values) if lands else base
 
 
 def _taken(parts: Mapping[str, Part]) -> set[str]:

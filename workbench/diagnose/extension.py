@@ -21,6 +21,7 @@ def write_extension(
     values: Mapping[str, float],
     effects: Effects,
     diagnosis: str,
+    increments: int,
 ) -> Document[ModelFile]:
     """Write the stated model with its refitted values and new effects, and return it as read back.
 
@@ -30,6 +31,7 @@ def write_extension(
         values: of the base as refitted beside the effects, SI.
         effects: effect -> quantity -> value and standard error, SI.
         diagnosis: name of what it came from.
+        increments: of the beam that was fitted.
 
     Raises:
         InputError: when the file exists; a model that runs refer to is never changed.
@@ -37,6 +39,8 @@ def write_extension(
 
     def change(tree: CommentedMap) -> None:
         tree["name"] = path.stem
+        if increments != stated.content.increments:
+            tree["increments"] = increments
         for name, value in values.items():
             entry = tree["parameters"][name]
             entry["source"] = f"refitted by {diagnosis}; was {entry['value']:g}: {entry['source']}"

@@ -117,6 +117,12 @@ class Fits:
         self._judged: dict[Hypothesis, tuple[Array, ...]] = {}
         self._deviations: dict[tuple[str, ...], dict[str, float]] = {}
 
+    def of(self, rig: Rig, without: Collection[str] = ()) -> Fits:
+        """Return the same of another rig with these runs, without those of some modes."""
+        kept = {*self.train, *self.held}
+        left_out = {k for k, one in enumerate(rig.facts) if k not in kept or one.mode in without}
+        return Fits(rig, self.rules, self.progress, self.threads, left_out)
+
     @cached_property
     def _nominal(self) -> System:
         """Return the fitted runs with the base alone."""

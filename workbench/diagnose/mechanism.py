@@ -165,6 +165,9 @@ class MechanismRig:
             ],
         )
 
+    def finer(self) -> None:
+        """Return None: its bodies are those of the file; of `Rig`."""
+
     def extend(
         self, path: Path, values: Mapping[str, float], effects: Effects, diagnosis: str = ""
     ) -> MechanismRig:

@@ -21,6 +21,7 @@ from workbench.diagnose.facts import Facts, Fault
 from workbench.diagnose.hopper_faults import hopper_faults
 from workbench.diagnose.validate import Errors, errors_of
 from workbench.fit import (
+    FINER,
     Hopper,
     MeasuredRun,
     Parameter,
@@ -104,6 +105,10 @@ class Rig(Protocol):
         """
         ...
 
+    def finer(self) -> Rig | None:
+        """Return the rig with a finer mesh, to be tried beside its own, if there is one."""
+        ...
+
     def extend(
         self, path: Path, values: Mapping[str, float], effects: Effects, diagnosis: str
     ) -> Rig:
@@ -143,6 +148,7 @@ class HopperRig:
         document: the model file; its effects stay as they are.
         shape: of the beam.
         modes: of runs that may be made, besides those of the runs.
+        increments: of the beam; None takes those of the model.
     """
 
     def __init__(
@@ -151,12 +157,15 @@ class HopperRig:
         document: Document[ModelFile],
         shape: ShapeFile,
         modes: Collection[str] = (),
+        increments: int | None = None,
     ) -> None:
         self.name = "hopping robot"
         self.document, self.shape = document, shape
         model = document.content
         self.measured = tuple(paced(run) for run in runs)
-        self.robot = make_robot(model.values(), shape, model.increments, model.quantities())
+        self.robot = make_robot(
+            model.values(), shape, increments or model.increments, model.quantities()
+        )
         self.coloured = coloured_noise(self.measured)
         self._modes = {run.mode for run in runs} | set(modes)
         self.base = parameters_within_tolerance(model, self._modes)
@@ -215,11 +224,23 @@ class HopperRig:
 
     def with_runs(self, runs: Sequence[MeasuredRun]) -> HopperRig:
         """Return the rig with more runs after its own; it may still fit what its modes feel."""
-        return HopperRig((*self.measured, *runs), self.document, self.shape, self._modes)
+        return self._like((*self.measured, *runs), self._modes)
 
     def with_modes(self, modes: Collection[str]) -> HopperRig:
         """Return the rig with base and candidates of more modes than its runs have."""
-        return HopperRig(self.measured, self.document, self.shape, {*self._modes, *modes})
+        return self._like(self.measured, {*self._modes, *modes})
+
+    def finer(self) -> HopperRig | None:
+        """Return the robot with a beam of more increments, if its own has few; of `Rig`."""
+        if self.robot.increments >= FINER:
+            return None
+        return self._like(self.measured, self._modes, FINER)
+
+    def _like(
+        self, runs: Sequence[MeasuredRun], modes: Collection[str], increments: int | None = None
+    ) -> HopperRig:
+        more = increments or self.robot.increments
+        return HopperRig(runs, self.document, self.shape, modes, more)
 
     def extend(
         self, path: Path, values: Mapping[str, float], effects: Effects, diagnosis: str
@@ -227,7 +248,9 @@ class HopperRig:
         """Write the model with other values and more effects; of `Rig`."""
         own = {name: value for name, value in values.items() if name in UNITS}
         file = path.with_name(f"{path.name}.yaml")
-        written = write_extension(file, self.document, own, effects, diagnosis)
+        written = write_extension(
+            file, self.document, own, effects, diagnosis, self.robot.increments
+        )
         return HopperRig(self.measured, written, self.shape)
 
     def errors(

@@ -27,10 +27,10 @@ class Rules:
         near: share of the best gain within which a candidate's process noise is weighed anew.
         least_gain: gain of a cause of one number that is no chance: 1 in 16,000, for some thirty.
         suspected: gain of one that may well be there: 1 in 200.
-        size: gain for each sample and channel, of a practical size: (0.12 sigma)^2.
+        size: gain for each sample and channel, of a practical size: (0.08 sigma)^2.
         sure: gain over its scatter, of a cause against none.
         agree: share of the runs held out that must prefer it.
-        apart: gain over its scatter, of a cause against another.
+        apart: gain over its scatter, of a cause against another, and of one that may be there.
         material: share of what is missing that a cause must explain to be listed, where more is
             left than a whole model may miss.
         explained: share that it must explain to be named there.
@@ -45,7 +45,7 @@ class Rules:
     near: float = 0.5
     least_gain: float = 16.0
     suspected: float = 8.0
-    size: float = 0.0144
+    size: float = 0.0064
     sure: float = 2.0
     agree: float = 0.5
     apart: float = 1.64

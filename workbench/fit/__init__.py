@@ -38,7 +38,7 @@ from workbench.fit.soundness import warnings_of
 from workbench.fit.state import estimated_state, pose
 from workbench.fit.system import System
 from workbench.fit.systems.hopper import FOOT, HOPPING_BEAM, Hopper
-from workbench.fit.systems.hopper_model import free_parameters, parameters_within_tolerance
+from workbench.fit.systems.hopper_model import FINER, free_parameters, parameters_within_tolerance
 from workbench.fit.systems.hopper_view import View
 from workbench.fit.systems.mjcf import MjcfSystem
 from workbench.fit.systems.mjcf_fields import FIELDS

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.fit import FOOT as FOOT_JOINTS
 from workbench.fit import (
+    FINER,
     HOPPING_BEAM,
     Combination,
     Estimator,
@@ -34,11 +34,12 @@ from workbench.fit import (
     separable,
     warnings_of,
 )
+from workbench.fit import FOOT as FOOT_JOINTS
 from workbench.progress import Progress
 from workbench.schemas import ModelFile, ShapeFile
 from workbench.sim import Robot, linear_modes, make_robot
 
-__all__ = ["BEAM", "FINER", "FOOT", "Identification", "ParameterEstimate", "identify"]
+__all__ = ["BEAM", "FOOT", "Identification", "ParameterEstimate", "identify"]
 
 BEAM = ("hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping")
 """k, kT, d and dT of the thesis, section 4.4."""
@@ -47,9 +48,6 @@ FOOT = (
     "foot_mass", "foot_length",
 )  # fmt: skip
 """Parameters that only runs with a free foot determine (thesis, 3.3.2 and 4.5)."""
-
-FINER = 32
-"""Increments of the beam that is tried where the model's own cannot follow the runs."""
 
 _NEAR_BOUND = 0.98
 _STIFFNESSES = ("hinge_stiffness", "root_stiffness")

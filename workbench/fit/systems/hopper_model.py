@@ -14,9 +14,19 @@ from workbench.fit.parameters import LIMITS, Parameter
 from workbench.schemas import UNITS, ModelFile
 from workbench.sim import CORNER_FIELDS, CORNERS, SAMPLE_RATE_HZ, highest_mode
 
-__all__ = ["anchors", "coarsen", "free_parameters", "jacobian", "parameters_within_tolerance"]
+__all__ = [
+    "FINER",
+    "anchors",
+    "coarsen",
+    "free_parameters",
+    "jacobian",
+    "parameters_within_tolerance",
+]
 
 Array = NDArray[np.float64]
+
+FINER = 32
+"""Increments of the beam that is tried where runs may show that the model's own are too few."""
 
 _COARSE_STEPS, _COARSE_ARMATURE, _COARSE_MARGIN = 6, 1e-5, 0.6
 _GROUND_STEPS, _GROUND_ARMATURE = 17, 1e-6  # a softer stick grips and slips at other instants
