@@ -243,7 +243,7 @@ def _towards_rest(engine: _Engine, slope: Array, force: Array) -> Array:
         if values[0] < 0:
             step = directions @ ((directions.T @ force) / np.abs(values))
             return np.asarray(step, dtype=np.float64)
-    return np.linalg.solve(slope, -force)
+    return np.asarray(np.linalg.solve(slope, -force), dtype=np.float64)
 
 
 def _slope(engine: _Engine, state: Array, free: slice, pull: float, angle: float | None) -> Array:

@@ -113,6 +113,20 @@ def test_driven_motion_is_that_of_a_fine_twin(
     assert off < within_mm
 
 
+@pytest.mark.parametrize("start", [0.3, HANGING])
+def test_a_foot_joint_with_play_is_the_twin_s(rod: Rod, shape: ShapeFile, start: float) -> None:
+    """With the rotor up the joint rests where nothing holds it, and the robot leans to a side."""
+    course = driven(7.0, 3.0)._replace(start_angle=start)
+    job = Job(rod.values, {"root_play": {"gap": 0.002}}, course)
+    (twin,) = TwinGenerator(shape).motions([job])
+    top = swing(replace(rod, laws={"root_play": 0.002}), course).top
+    moved = twin.select((TOP[0], TOP[2])).values
+    off = (top - top[0]) - (moved - moved[0])
+    print(f"start {start:.2f} rad: {rms_mm(off):.3f} mm, {1000 * off.mean(axis=0)} mm on average")
+    assert rms_mm(off) < 0.3
+    assert np.abs(off.mean(axis=0)).max() < 1e-4
+
+
 def test_hopping_is_near_the_twin_s_but_not_its(rod: Rod, shape: ShapeFile) -> None:
     course = Course("hop", 3.0, ((0.0, 18.0),))
     own = swing(rod, course)

@@ -66,6 +66,15 @@ def test_a_gain_too_small_for_so_many_samples_leaves_a_whole_model_clean() -> No
     assert (found.kind, found.best.names) == ("CLEAN", ())
 
 
+def test_what_the_seconds_leave_to_chance_is_no_suspect() -> None:
+    whole = scored(scatter=0.0)
+    gain = 1.5 * RULES.practical(SAMPLES)
+    for scatter, kind in ((6.0, "NAMED"), (10.5, "SET"), (14.0, "CLEAN")):
+        one = scored("a", gain=gain, scatter=scatter)
+        print(versus(one, whole))
+        assert decide(whole, [one], SAMPLES, RULES).kind == kind
+
+
 def test_what_is_left_beside_a_cause_is_told() -> None:
     part = decide(BASE, [scored("a", gain=800, lack=4)], SAMPLES, RULES)
     assert part.kind == "PARTIAL"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from workbench.cli.console import show_table, stderr
 from workbench.diagnose import Diagnosis, Following
+from workbench.report import finer_beam
 
 __all__ = ["show_diagnosis", "show_next"]
 
@@ -44,6 +45,9 @@ def show_diagnosis(found: Diagnosis) -> None:
     if found.extended is not None:
         kind = "extended" if found.causes else "refitted"
         stderr.print(f"{kind} model: {found.extended.source}", markup=False)
+        beam = finer_beam(found)
+        if beam is not None:
+            stderr.print(f"  {beam}", markup=False)
     show_table(
         "what the refit changed",
         ["number", "nominal", "now", "of its tolerance"],

@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from workbench.report.design.searched import Searched, finish_search, search_folder
     from workbench.report.diagnosis.compared import kept_replay, replay_of
     from workbench.report.diagnosis.page import write_diagnosis
+    from workbench.report.diagnosis.tables import finer_beam
     from workbench.report.diagnosis.written import diagnose_into
     from workbench.report.experiment_page import ExperimentPage, write_experiment_page
     from workbench.report.film.files import write_frames, write_video

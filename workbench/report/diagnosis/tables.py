@@ -6,11 +6,11 @@ from collections.abc import Iterable
 
 from markupsafe import Markup
 
-from workbench.diagnose import DRIVE, Amount, Diagnosis, digits, together
+from workbench.diagnose import DRIVE, Amount, Diagnosis, HopperRig, digits, together
 from workbench.report.page import table
 from workbench.sim import EFFECTS, Quantity
 
-__all__ = ["causes", "drive", "errors", "refit"]
+__all__ = ["causes", "drive", "errors", "finer_beam", "refit"]
 
 _ALL = "all of them"
 _T90 = 1.645
@@ -84,7 +84,22 @@ def refit(found: Diagnosis) -> Markup:
     words = (
         f"As the model has them beside {holder}." if holder else "As the refitted base has them."
     ) + " Each number was fitted within its tolerance; 1 is a whole one."
+    beam = finer_beam(found)
+    if beam is not None:
+        words += f" {beam[:1].upper()}{beam[1:]}."
     return table(rows, heads) + Markup("<p>{}</p>").format(words)
+
+
+def finer_beam(found: Diagnosis) -> str | None:
+    """Return that the runs prefer a beam of more increments, in words; None where they do not."""
+    rig = found.rig
+    if not isinstance(rig, HopperRig) or rig.robot.increments == rig.document.content.increments:
+        return None
+    stated = rig.document.content.increments
+    return (
+        f"a beam of {rig.robot.increments} increments follows these runs better than one of "
+        f"{stated}; the new model has it"
+    )
 
 
 def drive(found: Diagnosis) -> Markup:

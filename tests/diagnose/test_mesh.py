@@ -1,0 +1,41 @@
+"""The mesh of the beam: the runs choose it before any cause is looked for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tests.diagnose.hidden import DOCUMENT
+from tests.identify.robots import MODEL, SHAPE, released
+from workbench.diagnose import Diagnosis, HopperRig, diagnose
+from workbench.fit import FINER
+from workbench.report import finer_beam
+from workbench.schemas import load_model
+
+
+def diagnosed(increments: int, out: Path) -> Diagnosis:
+    runs = [released(MODEL, pull, 2.5, increments) for pull in (0.3, 0.8, 0.6)]
+    runs[-1] = replace(runs[-1], role="held_out")
+    return diagnose(HopperRig(runs, DOCUMENT, SHAPE), out, "april", threads=1)
+
+
+@pytest.mark.budget(25)
+def test_a_beam_that_is_smoother_than_the_model_s_is_no_cause(tmp_path: Path) -> None:
+    found = diagnosed(64, tmp_path)
+    print(found, found.extended)
+    assert found.kind == "CLEAN"
+    assert found.extended is not None
+    assert load_model(str(found.extended.source), Path()).content.increments == FINER
+    assert finer_beam(found) == (
+        "a beam of 32 increments follows these runs better than one of 16; the new model has it"
+    )
+
+
+@pytest.mark.budget(25)
+def test_the_model_s_own_beam_is_kept_where_the_runs_are_of_such_a_one(tmp_path: Path) -> None:
+    found = diagnosed(16, tmp_path)
+    assert found.extended is not None
+    assert load_model(str(found.extended.source), Path()).content.increments == 16
+    assert finer_beam(found) is None
