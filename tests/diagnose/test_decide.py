@@ -199,3 +199,11 @@ def test_no_cause_is_named_beside_one_that_the_seconds_prefer_to_it() -> None:
     found = decide(BASE, [weak, strong], SAMPLES, RULES)
     assert (found.kind, found.best.names) == ("SET", ("a",))
     assert found.reason == "a, b cannot be separated by these runs"
+
+
+def test_a_pair_that_gains_less_than_one_of_its_causes_is_not_taken() -> None:
+    refused = scored("a", gain=1500, held=-300)  # by the runs held out
+    other = scored("b", gain=500, seed=1)
+    for gain, names in ((900, ("b",)), (1600, ("a", "b"))):
+        pair = scored("a", "b", gain=gain, seed=2)
+        assert decide(BASE, [refused, other, pair], SAMPLES, RULES).best.names == names

@@ -198,7 +198,8 @@ def chosen(
         repeats: how often the innovations repeat one another.
     """
     before = best = base
-    found = sorted(tried, key=lambda one: -versus(one, base, repeats).gain)
+    ended = [one for one in tried if not _ended_early(one, tried)]
+    found = sorted(ended, key=lambda one: -versus(one, base, repeats).gain)
     for count in range(1, max((len(one.names) for one in found), default=0) + 1):
         for one in (one for one in found if len(one.names) == count):
             if set(best.names) < set(one.names):
@@ -213,6 +214,11 @@ def chosen(
                 before, best = best, one
                 break
     return before, best
+
+
+def _ended_early(one: Scored, others: Sequence[Scored]) -> bool:
+    """Return whether a hypothesis is less likely than a case of its own: its fit is no minimum."""
+    return any(set(other.names) < set(one.names) and other.cost < one.cost for other in others)
 
 
 def _within(one: Scored, other: Scored) -> bool:

@@ -24,7 +24,7 @@ from workbench.diagnose.findings import Alternative, Cause, Refit
 from workbench.diagnose.fits import Fits, Hypothesis
 from workbench.diagnose.observer_part import observer_part
 from workbench.diagnose.rig import HopperRig, Rig
-from workbench.diagnose.rules import RULES, Rules
+from workbench.diagnose.rules import Rules
 from workbench.diagnose.screening import Promise
 from workbench.diagnose.soundness import soundness
 from workbench.diagnose.validate import Errors, removed
@@ -169,7 +169,7 @@ def diagnose(
     out: Path,
     name: str = "diagnosis",
     progress: Progress = lambda text: None,
-    rules: Rules = RULES,
+    rules: Rules | None = None,
     threads: int = 0,
 ) -> Diagnosis:
     """Find what a rig's model gets wrong.
@@ -179,7 +179,7 @@ def diagnose(
         out: folder that the model is written into.
         name: of the diagnosis.
         progress: called at each stage.
-        rules: that decide.
+        rules: that decide; None takes those of the rig.
         threads: of the simulation; 0 takes all cores.
 
     Raises:
@@ -187,7 +187,7 @@ def diagnose(
             when the model's file exists.
         DataFault: when so many runs are at fault that the others cannot be judged.
     """
-    begin = time.perf_counter()
+    begin, rules = time.perf_counter(), rules or rig.rules
     for taken in out.glob(f"{name}-model.*"):  # known before minutes of work, not after
         raise InputError(f"{taken}: exists; a model is never changed, give another --out")
     progress(Stage("look for faults in the runs", 0.0))

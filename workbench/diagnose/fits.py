@@ -19,7 +19,7 @@ from workbench.diagnose.arm import arm_of
 from workbench.diagnose.drive import DriveFits, drive_fits
 from workbench.diagnose.linear import edges_of
 from workbench.diagnose.rig import Rig
-from workbench.diagnose.rules import RULES, Rules
+from workbench.diagnose.rules import Rules
 from workbench.diagnose.screening import Promise, columns_of, neighbourhood, pairs_without, screened
 from workbench.fit import (
     NEAREST,
@@ -93,7 +93,7 @@ class Fits:
 
     Args:
         rig: with its runs.
-        rules: of the diagnosis.
+        rules: of the diagnosis; None takes those of the rig.
         progress: called at each stage.
         threads: 0 takes all cores.
         left_out: numbers of runs that are not looked at.
@@ -102,12 +102,13 @@ class Fits:
     def __init__(
         self,
         rig: Rig,
-        rules: Rules = RULES,
+        rules: Rules | None = None,
         progress: Progress = lambda text: None,
         threads: int = 0,
         left_out: Collection[int] = (),
     ) -> None:
-        self.rig, self.rules, self.progress, self.threads = rig, rules, progress, threads
+        self.rig, self.progress, self.threads = rig, progress, threads
+        self.rules = rules or rig.rules
         runs = [k for k in range(len(rig.roles)) if k not in left_out]
         self.train = [k for k in runs if rig.roles[k] == "train"]
         self.held = [k for k in runs if rig.roles[k] != "train"]

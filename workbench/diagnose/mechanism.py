@@ -25,6 +25,7 @@ from workbench.diagnose.mechanism_runs import (
     repeats_of,
     run_of,
 )
+from workbench.diagnose.rules import RULES_OF_RIGS
 from workbench.diagnose.validate import Errors
 from workbench.errors import FileFaults, InputError
 from workbench.fit import (
@@ -66,7 +67,7 @@ class MechanismRig:
 
     def __init__(self, file: Document[RigFile]) -> None:
         content = file.content
-        self.name, self.file = content.name, file
+        self.name, self.file, self.rules = content.name, file, RULES_OF_RIGS
         self.spec = _spec(file)
         self.given, base = self._nominal()
         self.measured = tuple(

@@ -19,6 +19,7 @@ from workbench.diagnose.candidates import Candidate, hopper_candidates
 from workbench.diagnose.extension import Effects, write_extension
 from workbench.diagnose.facts import Facts, Fault
 from workbench.diagnose.hopper_faults import hopper_faults
+from workbench.diagnose.rules import RULES, Rules
 from workbench.diagnose.validate import Errors, errors_of
 from workbench.fit import (
     FINER,
@@ -48,6 +49,11 @@ class Rig(Protocol):
     @property
     def name(self) -> str:
         """Return what to call it."""
+        ...
+
+    @property
+    def rules(self) -> Rules:
+        """Return the numbers that decide."""
         ...
 
     @property
@@ -159,7 +165,7 @@ class HopperRig:
         modes: Collection[str] = (),
         increments: int | None = None,
     ) -> None:
-        self.name = "hopping robot"
+        self.name, self.rules = "hopping robot", RULES
         self.document, self.shape = document, shape
         model = document.content
         self.measured = tuple(paced(run) for run in runs)
