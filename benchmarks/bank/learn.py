@@ -1,6 +1,6 @@
 """Learn from answers that are kept how often each kind of answer is right.
 
-    python -m benchmarks.bank.learn --seeds 36
+    python -m benchmarks.bank.learn --seeds 40
 
 Write `workbench/diagnose/confidence.json`. Its seeds are not those that the page of scores judges
 stated confidences by.
@@ -23,10 +23,14 @@ LEARNT = Path(workbench.__file__).parent / "diagnose" / "confidence.json"
 
 
 def learnt(answers: Iterable[Judged]) -> dict[str, list[int]]:
-    """Return kind of answer -> how many were right, and how many there are."""
+    """Return kind of answer -> how many were right, and how many there are.
+
+    A SET, or a PARTIAL, which says that something else is wrong as well, is right where the true
+    causes are among those that it lists.
+    """
     found: dict[str, list[int]] = {}
     for one in answers:
-        right = one.right or (one.verdict == "SET" and one.listed)
+        right = one.right or (one.verdict in ("SET", "PARTIAL") and one.listed)
         before = found.setdefault(one.verdict, [0, 0])
         found[one.verdict] = [before[0] + right, before[1] + 1]
     return dict(sorted(found.items()))

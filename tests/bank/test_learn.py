@@ -32,11 +32,13 @@ def test_a_set_is_right_where_it_holds_the_truth_and_a_name_where_it_is_true() -
             judged("NAMED", ["b"], ["a"]),
             judged("SET", ["b", "a"], ["a"]),
             judged("SET", ["b", "c"], ["a"]),
+            judged("PARTIAL", ["a"], ["a"]),
+            judged("PARTIAL", ["b"], ["a"]),
             judged("CLEAN", [], []),
             judged("CLEAN", [], ["a"]),
         ]
     )
-    assert found == {"CLEAN": [1, 2], "NAMED": [1, 2], "SET": [1, 2]}
+    assert found == {"CLEAN": [1, 2], "NAMED": [1, 2], "PARTIAL": [1, 2], "SET": [1, 2]}
 
 
 def test_the_file_is_what_the_kept_answers_of_its_seeds_say() -> None:
