@@ -9,7 +9,16 @@ import pytest
 
 from tests.sim.rigs import PENDULUM_RATE, bends, moments, pendulum, resting, with_effect
 from workbench.motion import TOP
-from workbench.sim import Condition, Robot, applied, compile_model, linear_modes, simulate, unloaded
+from workbench.sim import (
+    Condition,
+    Robot,
+    applied,
+    compile_model,
+    linear_modes,
+    settle,
+    simulate,
+    unloaded,
+)
 
 PULL = 0.5  # [N] forward on T
 NEAR_FOOT, MIDDLE, NEAR_TOP = slice(1, 6), slice(6, 11), slice(11, 16)
@@ -126,6 +135,20 @@ def test_with_play_the_robot_leans_to_one_end_of_the_gap(robot: Robot, gap: floa
     beyond = bend[0] - np.sign(bend[0]) * gap
     assert beyond * bend[0] > 0
     assert beyond * 12.0 == pytest.approx(moment[0], abs=1e-9)
+
+
+def test_a_joint_that_rests_at_the_edge_of_its_play_is_at_rest(robot: Robot) -> None:
+    """Differences of the force see half a spring there; found with a robot of the bank."""
+    drawn = {
+        "beam_mass": 0.05618008964234721, "hinge_stiffness": 9.161397158846155,
+        "root_stiffness": 13.810362978866461, "top_mass": 0.09030296623370995,
+        "rotor_mass": 0.033186907738418515, "rotor_radius": 0.03515497142582642,
+        "foot_mass": 0.07435525722179336,
+    }  # fmt: skip
+    own = replace(robot, values={**robot.values, **drawn})
+    edge = applied(with_effect(own, "root_play", gap=0.0008039834733717977))
+    _, data = settle(edge, "fixed", 1.5846887566254118)
+    assert data.body("top").xpos[2] == pytest.approx(0.273, abs=0.001)
 
 
 @pytest.mark.parametrize("amplitude", [0.011, 0.02, 0.1])
