@@ -56,7 +56,6 @@ class Rod:
         farther: share by which the rotor's mass sits farther out than what is seen of it.
         rocker: how far the sole's ends are raised above its middle [m]; zero for a flat sole.
         modes: how many shapes the strip bends in.
-        smooth: whether the curvature at rest is smooth; else it is even within an increment.
     """
 
     values: Mapping[str, float]
@@ -68,7 +67,6 @@ class Rod:
     farther: float = 0.0
     rocker: float = 0.0
     modes: int = MODES
-    smooth: bool = True
 
 
 class Motion(NamedTuple):
@@ -159,7 +157,7 @@ def linear_frequencies(rod: Rod, rotor_angle: float, count: int = 3) -> Array:
 def _engine(rod: Rod, foot: Literal["free", "fixed"]) -> _Engine:
     v = rod.values
     joint = any(rod.laws.get(law, 0.0) > 0.0 for law in ("root_play", "hysteresis"))
-    mesh = make_mesh(rod.angles, rod.length, v, rod.modes, rod.profile, rod.smooth, joint)
+    mesh = make_mesh(rod.angles, rod.length, v, rod.modes, rod.profile, joint)
     increment = rod.length / len(rod.angles)
     arm, point, radius = v["rotor_arm_mass"], v["rotor_mass"], v["rotor_radius"]
     radius *= 1 + rod.farther

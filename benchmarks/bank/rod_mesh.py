@@ -69,7 +69,6 @@ def make_mesh(
     values: Mapping[str, float],
     modes: int = MODES,
     profile: Mapping[str, float] | None = None,
-    smooth: bool = True,
     joint: bool = False,
 ) -> Mesh:
     """Return the strip's tables.
@@ -81,7 +80,6 @@ def make_mesh(
         modes: how many shapes.
         profile: `near_foot`, `middle`, `near_top`, the share of stiffness lost in a third, with
             soft borders, and `bend` [rad] that the strip took as a set, spread evenly.
-        smooth: whether the rest curvature is smooth; else it is even within an increment.
         joint: whether the foot joint turns by itself as well, as one with play does.
     """
     profile = profile or {}
@@ -92,7 +90,7 @@ def make_mesh(
     weights = (lengths[:, None] * _WEIGHTS / 2).ravel()
     flexible = np.repeat((lengths > 0.75 * increment), POINTS)
     inside = (places - increment / 2) / (length - increment)
-    rest = _rest_angle(angles, increment, np.append(places, length), smooth)
+    rest = _rest_angle(angles, increment, np.append(places, length))
     rest += profile.get("bend", 0.0) * np.clip(np.append(inside, 1.0), 0.0, 1.0)
     turn, bend, root = _polynomials(np.append(inside, 1.0), flexible, increment / length)
     stiffness = np.ones(len(places))
@@ -109,12 +107,10 @@ def make_mesh(
     return _in_modes(mesh, values, modes, joint)
 
 
-def _rest_angle(angles: Sequence[float], increment: float, places: Array, smooth: bool) -> Array:
+def _rest_angle(angles: Sequence[float], increment: float, places: Array) -> Array:
     ends = (np.arange(len(angles)) + 0.5) * increment
     turned = np.concatenate([[0.0], np.cumsum(angles[1:])])
     within = np.clip(places, ends[0], ends[-1])
-    if not smooth:
-        return np.interp(within, ends, turned)
     return CubicSpline(ends, turned, bc_type="natural")(within)
 
 

@@ -78,13 +78,14 @@ def test_more_shapes_and_smaller_steps_change_nothing(rod: Rod) -> None:
 
 
 def test_rest_and_frequencies_are_the_twin_s(rod: Rod, model: ModelFile, shape: ShapeFile) -> None:
-    """With the same rest curvature the two agree to 0.05 mm and 0.2 %."""
-    kinked = replace(rod, smooth=False)
+    """A fine chain bends as smoothly as the strip."""
     twin = replace(make_robot(model.values(), shape, 96), steps_per_sample=800)
     rest = simulate(twin, Condition("clamped", np.zeros(2))).motion.select((TOP[0], TOP[2]))
-    assert rms_mm(swing(kinked, driven(8.0, 0.02)).top[:1] - rest.values[:1]) < 0.05
+    off = rms_mm(swing(rod, driven(8.0, 0.02)).top[:1] - rest.values[:1])
+    print(f"rest {off:.3f} mm; {linear_frequencies(rod, HANGING, 2)}")
+    assert off < 0.05
     twin_hz = [mode.hz for mode in linear_modes(twin, rotor_angle=HANGING, count=2)]
-    assert linear_frequencies(kinked, HANGING, 2) == pytest.approx(twin_hz, rel=2e-3)
+    assert linear_frequencies(rod, HANGING, 2) == pytest.approx(twin_hz, rel=2e-3)
 
 
 def test_a_smooth_strip_differs_by_what_a_discretisation_does(
@@ -97,17 +98,17 @@ def test_a_smooth_strip_differs_by_what_a_discretisation_does(
     assert linear_frequencies(rod, HANGING, 2) == pytest.approx(twin_hz, rel=5e-3)
 
 
-@pytest.mark.parametrize(("speed", "within_mm"), [(8.0, 1.0), (13.0, 1.0)])
+@pytest.mark.parametrize(("speed", "within_mm"), [(8.0, 0.5), (13.0, 0.5)])
 def test_driven_motion_is_that_of_a_fine_twin(
     rod: Rod, model: ModelFile, shape: ShapeFile, speed: float, within_mm: float
 ) -> None:
-    """Measured 0.66 and 0.81 mm of 20 mm; the rest of 48 increments alone is off by 0.25 mm."""
+    """Measured 0.34 and 0.31 mm of 20 mm."""
     fine = replace(make_robot(model.values(), shape, 48), steps_per_sample=136)
     times = np.arange(8 * 120 + 2) / 120
     lag = 0.05
     angle = speed * (times + lag * np.expm1(-times / lag))
     twin = simulate(fine, Condition("clamped", np.diff(angle) * 120)).motion
-    own = swing(replace(rod, smooth=False), driven(speed))
+    own = swing(rod, driven(speed))
     off = rms_mm(own.top - twin.select((TOP[0], TOP[2])).values)
     print(f"{speed:g} rad/s: {off:.3f} mm")
     assert off < within_mm
