@@ -34,8 +34,6 @@ from workbench.progress import Progress, Stage, portion
 
 __all__ = ["Diagnosis", "diagnose"]
 
-_LANDING = ("hop", "drop")  # modes in which a foot lands
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
@@ -242,18 +240,23 @@ def _base(fits: Fits) -> tuple[Fits, Hypothesis]:
     """Fit the base by the mesh that the runs prefer, the model's own or a finer one.
 
     Too coarse a mesh bends otherwise than the strip does, which causes then make up for. Runs whose
-    foot is held show it, and are fitted in a tenth of the time.
+    foot is held show it, and take less time.
     """
     fits.progress("fit the base within its tolerances")
-    finer, still = fits.rig.finer(), fits.of(fits.rig, _LANDING)
-    if finer is None or not still.train:
+    finer, landing = fits.rig.finer(), fits.landing
+    if finer is None or len(landing) == len(fits.train):
         return fits, fits.base()
+    still = fits.of(fits.rig, landing) if landing else fits
     base = still.base()
     fits.progress("fit it with a finer beam")
-    other = fits.of(finer, _LANDING).whole((), base.values)
-    base, rig = (other, finer) if other.cost < base.cost else (base, fits.rig)
-    lands, fits = len(still.train) < len(fits.train), fits.of(rig)
-    return fits, fits.whole((), base.values) if lands else base
+    fine = fits.of(finer, landing)
+    other = fine.whole((), base.values)
+    if other.cost < base.cost:
+        still, base = fine, other
+    if not landing:
+        return still, base
+    fits = fits.of(still.rig)
+    return fits, fits.whole((), base.values)
 
 
 def _taken(parts: Mapping[str, Part]) -> set[str]:

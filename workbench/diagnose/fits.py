@@ -118,10 +118,14 @@ class Fits:
         self._judged: dict[Hypothesis, tuple[Array, ...]] = {}
         self._deviations: dict[tuple[str, ...], dict[str, float]] = {}
 
-    def of(self, rig: Rig, without: Collection[str] = ()) -> Fits:
-        """Return the same of another rig with these runs, without those of some modes."""
-        kept = {*self.train, *self.held}
-        left_out = {k for k, one in enumerate(rig.facts) if k not in kept or one.mode in without}
+    @property
+    def landing(self) -> list[int]:
+        """Return the numbers of the fitted runs in which a foot lands."""
+        return [run for k, run in enumerate(self.train) if self._nominal.lands(k)]
+
+    def of(self, rig: Rig, without: Collection[int] = ()) -> Fits:
+        """Return the same of another rig with these runs, without some by their numbers."""
+        left_out = {*range(len(self.rig.roles))} - {*self.train, *self.held} | {*without}
         return Fits(rig, self.rules, self.progress, self.threads, left_out)
 
     @cached_property
@@ -152,13 +156,9 @@ class Fits:
         system = self.rig.system(self.train, self._released(names), self._nominal)
         vector = ParameterVector(system.parameters)
         fit = fit_system(
-            system,
-            vector,
-            start=_numbers(vector, start),
-            progress=self.progress,
-            threads=self.threads,
-            central=False,
-        )
+            system, vector, start=_numbers(vector, start), progress=self.progress,
+            threads=self.threads, central=False,
+        )  # fmt: skip
         return self._hypothesis(names, fit.estimator, fit.x, fit.jacobian)
 
     def missing(self, one: Hypothesis) -> float:
