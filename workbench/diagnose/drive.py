@@ -166,7 +166,7 @@ def _columns(
     world = system.world_angle(k)
     seen = world - (turn - turn[0])
     sigma = system.rotor_noise(k).sigma
-    motor = fit_drive(times, arm.true_angle(seen), run.steps, sigma, smooth=False)
+    motor = fit_drive(times, arm.true_angle(seen), run.steps, sigma)
     lag, delay = motor.lag, motor.delay
 
     def angle(late: float, slow: float) -> Array:

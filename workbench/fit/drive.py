@@ -24,6 +24,8 @@ _LAG_S, _LEAST_LAG_S = 0.05, 1e-3
 _ROBUST = 3.0  # residuals beyond so many deviations pull less
 _WILD = 6.0  # deviations from the median of its neighbours: a glitch
 _NEIGHBOURS = 7
+_BENT = 0.1  # root mean square of what follows the turns and is not straight in time
+_PASSES = 2  # of where the rotor is, for what it does once and twice a turn
 _STRENGTHS = np.geomspace(1e-2, 1e11, 53)  # a stronger one is straight over 10 s, and singular
 
 
@@ -68,35 +70,41 @@ def commanded_angle(times: Array, steps: Steps, gain: float, lag: float, delay: 
 
 
 def fit_drive(
-    times: Array, angle: Array, steps: Steps, sigma: float, smooth: bool = True, memory: float = 0.0
+    times: Array,
+    angle: Array,
+    steps: Steps,
+    sigma: float,
+    turn: Array | None = None,
+    memory: float = 0.0,
 ) -> DriveFit:
     """Return what the motor did.
 
     Args:
         times: (n,) [s].
-        angle: (n,) of the rotor [rad], NaN where not seen.
+        angle: (n,) of the rotor in the world [rad], NaN where not seen.
         steps: as commanded.
         sigma: standard deviation of the angle's noise [rad].
-        smooth: whether what the regression leaves is kept, smoothed (a smoothing spline, its
-            strength by maximum likelihood); else it is taken for the turn of T.
+        turn: (n,) of T [rad]; what the regression leaves beside it is kept, smoothed. None takes
+            what it leaves for the turn of T.
         memory: correlation of the angle's noise with that of the sample before.
     """
-    spread = 1.0 if smooth else max(0.3 / sigma, 1.0)  # T turns by some tenths of a radian
-    seen = np.isfinite(angle)
-    found = _regressed(times[seen], angle[seen], steps, sigma, spread)
-    if smooth:  # a glitch in the first samples, where lag and delay show, still pulls at them
-        seen = calm(angle - _turned(times, steps, found.x), sigma)
-        found = _regressed(times[seen], angle[seen], steps, sigma, spread)
+    spread = max(0.3 / sigma, 1.0) if turn is None else 1.0  # T turns by some tenths of a radian
+    against = angle if turn is None else angle - turn
+    seen = np.isfinite(against)
+    found = _regressed(times[seen], against[seen], steps, sigma, spread)
+    if turn is not None:  # a glitch in the first samples, where lag and delay show, still pulls
+        seen = calm(against - _turned(times, steps, found.x), sigma)
+        found = _regressed(times[seen], against[seen], steps, sigma, spread)
     gain, lag, delay, _ = found.x
-    smoothed = _turned(times, steps, found.x)
+    usual = _turned(times, steps, found.x)
+    more = np.zeros_like(usual)
+    if turn is not None:
+        for _ in range(_PASSES):
+            turning = _rippled(times, usual, usual + more + turn)
+            more = _smoothed(against - usual, turning, sigma, memory)
     covariance = np.linalg.pinv(found.jac.T @ found.jac)
-    rest = 0.0
-    if smooth:
-        more = _smoothed(angle - smoothed, sigma, memory)
-        smoothed, rest = smoothed + more, float(np.std(more))
-    return DriveFit(
-        float(gain), float(lag), float(delay), np.sqrt(np.diag(covariance))[:3], rest, smoothed
-    )
+    deviation, left = np.sqrt(np.diag(covariance))[:3], float(np.std(more))
+    return DriveFit(float(gain), float(lag), float(delay), deviation, left, usual + more)
 
 
 def _turned(times: Array, steps: Steps, x: Array) -> Array:
@@ -128,14 +136,35 @@ def calm(left: Array, sigma: float) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(left) & (np.abs(left - usual) < _WILD * sigma))
 
 
-def _smoothed(left: Array, sigma: float, memory: float) -> Array:
-    """Return what is smooth in a remainder of even samples, (n,); glitches and gaps do not count.
+def _rippled(times: Array, usual: Array, angle: Array) -> Array:
+    """Return what a speed that ripples once and twice a turn adds to an angle, (n, c) [rad].
+
+    Of the four columns those remain that are not straight in time, as they are where the rotor
+    hardly turns.
+
+    Args:
+        times: (n,) [s].
+        usual: (n,) angle without ripple [rad].
+        angle: (n,) of the rotor in the world [rad].
+    """
+    speed, step = np.gradient(usual, times), float(times[1] - times[0])
+    rates = [speed * f(n * angle) for n in (1, 2) for f in (np.cos, np.sin)]
+    every = scipy.integrate.cumulative_trapezoid(rates, dx=step, initial=0.0).T
+    across, sizes, _ = np.linalg.svd(scipy.signal.detrend(every, axis=0), full_matrices=False)
+    return np.asarray(across[:, sizes > _BENT * np.sqrt(len(angle))])
+
+
+def _smoothed(left: Array, turning: Array, sigma: float, memory: float) -> Array:
+    """Return what is smooth in a remainder of even samples, (n,), or follows the rotor's turns.
+
+    Glitches and gaps do not count.
 
     The discrete smoothing spline of Whittaker: least squares with second differences D penalised by
     a strength s, chosen by restricted maximum likelihood, which rarely takes noise for smooth
-    where cross-validation often does (Wood, J. R. Stat. Soc. B 73, 2011, 3). Residuals are
-    whitened: with a memory m of the noise, r[k] - m r[k-1] counts. Determinants are those without
-    gaps, from the eigenvalues of D'D and of the whitening.
+    where cross-validation often does (Wood, J. R. Stat. Soc. B 73, 2011, 3). What follows the turns
+    is not penalised: a ripple is no reason to believe the noise. Residuals are whitened: with a
+    memory m of the noise, r[k] - m r[k-1] counts. Determinants are those without gaps, from the
+    eigenvalues of D'D and of the whitening.
     """
     kept = calm(left, sigma)
     count, values = len(left), np.where(kept, left, 0.0)
@@ -144,10 +173,10 @@ def _smoothed(left: Array, sigma: float, memory: float) -> Array:
     before = np.where(after, -memory, 0.0)  # weights of sample k and of k - 1 in residual k
 
     def whitened(rest: Array) -> Array:
-        return own * rest + before * np.append(0.0, rest[:-1])
+        return (own * rest.T + before * np.insert(rest, 0, 0.0, axis=0)[:-1].T).T
 
     def transposed(rest: Array) -> Array:
-        return own * rest + np.append((before * rest)[1:], 0.0)
+        return (own * rest.T + np.append((before * rest.T).T[1:], 0.0 * rest[:1], axis=0).T).T
 
     bands, difference = np.zeros((3, count)), (1.0, -2.0, 1.0)
     for i in range(3):
@@ -156,15 +185,19 @@ def _smoothed(left: Array, sigma: float, memory: float) -> Array:
     turn = np.pi * np.arange(count) / count
     squares = (2 - 2 * np.cos(turn)) ** 2 / (1 + memory**2 - 2 * memory * np.cos(turn))
     rough = squares[2:]  # without what is straight, which no strength penalises
-    goal = transposed(whitened(values))
+    every = np.column_stack([values, turning])
+    goal = transposed(whitened(every))
     best, least = values, np.inf
     for strength in _STRENGTHS:
         whole = strength * bands
         whole[2] += own**2 + np.append(before[1:] ** 2, 0.0)
         whole[1] += own * before
         smooth = scipy.linalg.solveh_banded(whole, goal)
-        power = float(values @ transposed(whitened(values - smooth)))
-        score = len(rough) * np.log(power) + float(np.sum(np.log1p(1 / (strength * rough))))
+        rest = goal.T @ (every - smooth)  # of the remainder and of each turning, whitened
+        share = np.linalg.solve(rest[1:, 1:], rest[1:, 0])
+        power = float(rest[0, 0] - rest[0, 1:] @ share)
+        score = (len(rough) - len(share)) * np.log(power) + np.linalg.slogdet(rest[1:, 1:])[1]
+        score += float(np.sum(np.log1p(1 / (strength * rough))))
         if score < least:
-            best, least = smooth, score
+            best, least = smooth[:, 0] + (turning - smooth[:, 1:]) @ share, score
     return np.asarray(best, dtype=np.float64)

@@ -107,7 +107,7 @@ def clock_words(
         steps: (time [s], commanded speed [rad/s]).
         sigma: standard deviation of the angle's noise [rad].
     """
-    fit = fit_drive(times, angle, steps, sigma, smooth=False)
+    fit = fit_drive(times, angle, steps, sigma)
     off, error = fit.gain - 1, float(fit.deviation[0])
     if abs(off) < max(_SLOW, _SURE * error):
         return []

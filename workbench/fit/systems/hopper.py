@@ -314,7 +314,7 @@ class Hopper:
         if not one.driven:
             return None
         times, seen, sigma = self.times(run), self.world_angle(run), float(one.noise()[-1])
-        return fit_drive(times, seen, one.steps, sigma, False).angle
+        return fit_drive(times, seen, one.steps, sigma).angle
 
     def turn_of_top(self, run: int, qpos: Array) -> Array:
         """Return how far T has turned since the first sample in states, (n,) [rad].
@@ -336,9 +336,9 @@ class Hopper:
         one = self.runs[run]
         if not one.driven:
             return None
-        angle = self.world_angle(run) - self.turn_of_top(run, qpos)
+        angle, turn = self.world_angle(run), self.turn_of_top(run, qpos)
         sigma, memory = self.rotor_noise(run)
-        return fit_drive(self.times(run), angle, one.steps, sigma, memory=memory).angle
+        return fit_drive(self.times(run), angle, one.steps, sigma, turn, memory).angle
 
     def rotor_noise(self, run: int) -> Coloured:
         """Return the noise of the rotor's angle."""
