@@ -165,8 +165,8 @@ def _columns(
     run, times, step = system.runs[k], system.times(k), system.sample_s
     world = system.world_angle(k)
     seen = world - (turn - turn[0])
-    sigma = system.rotor_noise(k).sigma
-    motor = fit_drive(times, arm.true_angle(seen), run.steps, sigma)
+    sigma, memory = system.rotor_noise(k)
+    motor = fit_drive(times, arm.true_angle(seen) + turn, run.steps, sigma, turn, memory)
     lag, delay = motor.lag, motor.delay
 
     def angle(late: float, slow: float) -> Array:

@@ -38,8 +38,6 @@ class DriveFit:
         lag: time constant of the speed behind the command [s].
         delay: of the whole motion against the command's clock [s].
         deviation: (3,) standard errors of gain [1], lag and delay [s].
-        left: standard deviation of what the regression leaves after smoothing [rad]: a motor that
-            does otherwise than gain, lag and delay say.
         angle: (n,) smoothed angle against T [rad].
     """
 
@@ -47,7 +45,6 @@ class DriveFit:
     lag: float
     delay: float
     deviation: Array
-    left: float
     angle: Array
 
 
@@ -88,23 +85,27 @@ def fit_drive(
             what it leaves for the turn of T.
         memory: correlation of the angle's noise with that of the sample before.
     """
-    spread = max(0.3 / sigma, 1.0) if turn is None else 1.0  # T turns by some tenths of a radian
-    against = angle if turn is None else angle - turn
-    seen = np.isfinite(against)
-    found = _regressed(times[seen], against[seen], steps, sigma, spread)
-    if turn is not None:  # a glitch in the first samples, where lag and delay show, still pulls
-        seen = calm(against - _turned(times, steps, found.x), sigma)
-        found = _regressed(times[seen], against[seen], steps, sigma, spread)
+    if turn is None:
+        spread = max(0.3 / sigma, 1.0)  # T turns by some tenths of a radian
+        found = _regressed(times, angle, steps, sigma, spread)
+        return _fitted(found, _turned(times, steps, found.x))
+    against, ripple = angle - turn, 0 * times
+    found = _regressed(times, against, steps, sigma)
+    for _ in range(_PASSES):
+        usual = _turned(times, steps, found.x)
+        # a glitch in the first samples, where lag and delay show, still pulls at them
+        still = np.where(calm(against - usual, sigma), against - ripple, np.nan)
+        found = _regressed(times, still, steps, sigma)
+        usual = _turned(times, steps, found.x)
+        turning = _rippled(times, usual, usual + ripple + turn)
+        smooth, ripple = _smoothed(against - usual, turning, sigma, memory)
+    return _fitted(found, usual + smooth + ripple)
+
+
+def _fitted(found: Any, angle: Array) -> DriveFit:
     gain, lag, delay, _ = found.x
-    usual = _turned(times, steps, found.x)
-    more = np.zeros_like(usual)
-    if turn is not None:
-        for _ in range(_PASSES):
-            turning = _rippled(times, usual, usual + more + turn)
-            more = _smoothed(against - usual, turning, sigma, memory)
-    covariance = np.linalg.pinv(found.jac.T @ found.jac)
-    deviation, left = np.sqrt(np.diag(covariance))[:3], float(np.std(more))
-    return DriveFit(float(gain), float(lag), float(delay), deviation, left, usual + more)
+    deviation = np.sqrt(np.diag(np.linalg.pinv(found.jac.T @ found.jac)))[:3]
+    return DriveFit(float(gain), float(lag), float(delay), deviation, angle)
 
 
 def _turned(times: Array, steps: Steps, x: Array) -> Array:
@@ -112,8 +113,10 @@ def _turned(times: Array, steps: Steps, x: Array) -> Array:
     return x[3] + commanded_angle(times, steps, x[0], x[1], x[2])
 
 
-def _regressed(times: Array, angle: Array, steps: Steps, sigma: float, spread: float) -> Any:
-    """Return scipy's result for gain, lag, delay and offset of an angle that was seen, (n,)."""
+def _regressed(times: Array, angle: Array, steps: Steps, sigma: float, spread: float = 1.0) -> Any:
+    """Return scipy's result for gain, lag, delay and offset of an angle, (n,), NaN where unseen."""
+    seen = np.isfinite(angle)
+    times, angle = times[seen], angle[seen]
     return scipy.optimize.least_squares(
         lambda x: (angle - _turned(times, steps, x)) / sigma,
         [1.0, _LAG_S, 0.0, float(angle[0])],
@@ -154,8 +157,10 @@ def _rippled(times: Array, usual: Array, angle: Array) -> Array:
     return np.asarray(across[:, sizes > _BENT * np.sqrt(len(angle))])
 
 
-def _smoothed(left: Array, turning: Array, sigma: float, memory: float) -> Array:
+def _smoothed(left: Array, turning: Array, sigma: float, memory: float) -> tuple[Array, Array]:
     """Return what is smooth in a remainder of even samples, (n,), or follows the rotor's turns.
+
+    The second is what follows the turns.
 
     Glitches and gaps do not count.
 
@@ -187,7 +192,7 @@ def _smoothed(left: Array, turning: Array, sigma: float, memory: float) -> Array
     rough = squares[2:]  # without what is straight, which no strength penalises
     every = np.column_stack([values, turning])
     goal = transposed(whitened(every))
-    best, least = values, np.inf
+    best, least = (values, values), np.inf
     for strength in _STRENGTHS:
         whole = strength * bands
         whole[2] += own**2 + np.append(before[1:] ** 2, 0.0)
@@ -199,5 +204,5 @@ def _smoothed(left: Array, turning: Array, sigma: float, memory: float) -> Array
         score = (len(rough) - len(share)) * np.log(power) + np.linalg.slogdet(rest[1:, 1:])[1]
         score += float(np.sum(np.log1p(1 / (strength * rough))))
         if score < least:
-            best, least = smooth[:, 0] + (turning - smooth[:, 1:]) @ share, score
-    return np.asarray(best, dtype=np.float64)
+            best, least = (smooth[:, 0] - smooth[:, 1:] @ share, turning @ share), score
+    return best
