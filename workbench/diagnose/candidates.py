@@ -27,6 +27,8 @@ _FREES = {
     "friction_level": ("friction_slide", "friction_stick"),
 }
 """Effect -> the model's own numbers that it frees from their tolerance."""
+_UNLIKE = ("root_play",)
+"""A base without play softens so far to follow it that from there the gap does nothing."""
 
 _ELSEWHERE = ("drive", "numerics")
 """Groups that the observer does not judge: the rotor's angle is an input, and finer steps or
@@ -51,7 +53,7 @@ class Candidate:
         confused_with: names of candidates that look alike.
         separated_by: what separates it from those, in words.
         instead_of: names of candidates that it replaces, so that none of them is beside it.
-        unlike: whether the base does not show what it does: it is another machine.
+        unlike: whether the base's numbers say nothing of those beside it: it is another machine.
     """
 
     name: str
@@ -99,4 +101,5 @@ def _candidate(effect: Effect) -> Candidate:
         effect.name, effect.group, quantities, frees,
         (effect.quantities[0].name, effect.quantities[0].unit), effect.sentence,
         tuple(effect.excited_by), effect.confused_with, effect.separated_by,
+        unlike=effect.name in _UNLIKE,
     )  # fmt: skip

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from workbench.diagnose.rules import Rules
 from workbench.diagnose.wording import together
 
-__all__ = ["Kind", "Part", "Scored", "Versus", "chosen", "decide", "versus"]
+__all__ = ["Kind", "Part", "Scored", "Versus", "chosen", "comparable", "decide", "versus"]
 
 Array = NDArray[np.float64]
 Kind = Literal["NAMED", "SET", "PARTIAL", "NONE", "CLEAN", "DATA_FAULT"]
@@ -40,6 +40,8 @@ class Scored:
         frees: names of its causes that free numbers of the model.
         numbers: that its causes release.
         shared: names of causes that are within it: one number where it has one for each element.
+        limited: returns the same at the process noise that a whole model may have, for another fit;
+            itself where left out.
     """
 
     names: tuple[str, ...]
@@ -51,6 +53,7 @@ class Scored:
     frees: frozenset[str] = frozenset()
     numbers: int = 1
     shared: frozenset[str] = frozenset()
+    limited: Callable[[], Scored] | None = None
 
     @property
     def missing(self) -> float:
@@ -138,6 +141,7 @@ def decide(
         rules: of the diagnosis.
         repeats: how often the innovations repeat one another.
     """
+    base, tried = comparable(base, tried, rules, repeats)
     found = sorted(
         ((one, versus(one, base, repeats)) for one in tried), key=lambda pair: -pair[1].gain
     )
@@ -179,6 +183,30 @@ def decide(
         if best.missing > 1:
             reason += f"; with it {_missing_words(best.missing)} still"
     return Part(kind, best, alike, best.missing, explained, reason, compared)
+
+
+def comparable(
+    base: Scored, tried: Sequence[Scored], rules: Rules, repeats: float = 1.0
+) -> tuple[Scored, list[Scored]]:
+    """Return the base and what was tried, as they are to be compared.
+
+    Process noise that a base asks for follows whatever it misses, and a cause of that gains little
+    beside it. So where something is missing, and some cause leaves no more than a whole model may,
+    all are compared at the process noise of a whole model.
+
+    Args:
+        base: without causes.
+        tried: with causes.
+        rules: of the diagnosis.
+        repeats: how often the innovations repeat one another.
+    """
+    if base.missing <= 1:
+        return base, list(tried)
+    gains = ((one, versus(one, base, repeats).gain) for one in tried)
+    if all(one.missing > 1 for one, gain in gains if gain > rules.no_chance(one.numbers)):
+        return base, list(tried)
+    first, *others = (one if one.limited is None else one.limited() for one in (base, *tried))
+    return first, others
 
 
 def chosen(

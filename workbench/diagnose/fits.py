@@ -114,7 +114,7 @@ class Fits:
         self.held = [k for k in runs if rig.roles[k] != "train"]
         self.candidates = {one.name: one for one in rig.candidates}
         self._held: dict[bool, Estimator] = {}
-        self._missing: dict[Hypothesis, float] = {}
+        self._limited: dict[Hypothesis, Hypothesis] = {}
         self._judged: dict[Hypothesis, tuple[Array, ...]] = {}
         self._deviations: dict[tuple[str, ...], dict[str, float]] = {}
 
@@ -164,26 +164,28 @@ class Fits:
     def missing(self, one: Hypothesis) -> float:
         """Return how much less likely the runs are at the process noise a whole model may have.
 
-        In units of a gain of practical size, all numbers fitted again at that noise; 0 where the
-        hypothesis asks for no more.
+        In units of a gain of practical size; 0 where the hypothesis asks for no more.
         """
-        if one not in self._missing:
-            self._missing[one] = self._missed(one)
-        return self._missing[one]
+        least = self.rules.practical(self.samples() / self.repeats())
+        return max(0.0, (self.limited(one).cost - one.cost) / self.repeats() / least)
 
-    def _missed(self, one: Hypothesis) -> float:
+    def limited(self, one: Hypothesis) -> Hypothesis:
+        """Return a hypothesis fitted again at the process noise that a whole model may have."""
+        if one not in self._limited:
+            self._limited[one] = self._whole_noise(one)
+        return self._limited[one]
+
+    def _whole_noise(self, one: Hypothesis) -> Hypothesis:
         estimator, strong = one.estimator, one.estimator.system.strong
         whole = {
             group: min(q, self.rules.noise_share * strong[group])
             for group, q in estimator.noise.items()
         }
         if whole == estimator.noise:
-            return 0.0
+            return one
         weak = estimator.with_noise(whole)
         found = minimised(weak, one.x, None, _STEPS, ROUGH, one.jacobian, known=False)
-        at = self._hypothesis(one.names, weak, found.x, found.jacobian)
-        least = self.rules.practical(self.samples() / self.repeats())
-        return max(0.0, (at.cost - one.cost) / self.repeats() / least)
+        return self._hypothesis(one.names, weak, found.x, found.jacobian)
 
     def samples(self) -> int:
         """Return how many samples the fitted runs have, of all channels."""
@@ -274,12 +276,11 @@ class Fits:
         A point far off T makes other inputs, so that such a hypothesis is fitted as the base is, as
         is one of another machine.
         """
-        if self.far(names) and not self.far(near.names):
+        far = self.far(names) and not self.far(near.names)
+        if far or any(self.unlike(name) for name in set(names) - set(near.names)):
             others = {p.name for n in near.names for p in self.candidates[n].quantities.values()}
             known = {name: value for name, value in near.values.items() if name in others}
-            return self.whole(tuple(names), known | self._shown)
-        if any(self.unlike(name) for name in set(names) - set(near.names)):
-            return self.whole(tuple(names), near.values)
+            return self.whole(tuple(names), known | (self._shown if far else {}))
         estimator, x = self._estimator(near, self._released(names))
         exact = estimator.residuals_of(near.estimator.innovations(near.x, keep=True), x)
         coarse = replace(estimator, defect=np.zeros(0))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from workbench.diagnose.candidates import Candidate
-from workbench.diagnose.decide import Part, Scored, chosen, decide, versus
+from workbench.diagnose.decide import Part, Scored, chosen, comparable, decide, versus
 from workbench.diagnose.findings import Cause, EstimatedQuantity, Refit, quantity_of
 from workbench.diagnose.fits import Fits, Hypothesis
 from workbench.diagnose.linear import beyond
@@ -104,7 +104,7 @@ def _decided(
     before, scored = _scored(fits, base), [_scored(fits, one) for one in tried]
     count, apart = 1, set[tuple[str, ...]]()
     while True:
-        _, best = chosen(before, scored, *given)
+        _, best = chosen(*comparable(before, scored, *given[1:]), *given)
         at = next((one for one in tried if one.names == best.names), base)
         more = [] if best.names in apart else _apart(fits, at)
         apart.add(best.names)
@@ -250,12 +250,21 @@ def _cost(one: Hypothesis) -> float:
 
 
 def _scored(fits: Fits, one: Hypothesis) -> Scored:
+    found, missing = _weighed_as(fits, one), partial(fits.missing, one)
+
+    def limited() -> Scored:
+        return replace(_weighed_as(fits, fits.limited(one)), misses=missing)
+
+    return replace(found, misses=missing, limited=limited)
+
+
+def _weighed_as(fits: Fits, one: Hypothesis) -> Scored:
+    """Return a hypothesis at its own process noise."""
     blocks = np.concatenate(one.blocks)
-    prior = _prior(one)
     names = one.estimator.system.names
     by_run = {name: float(run.sum()) for name, run in zip(names, one.blocks, strict=True)}
     return Scored(
-        one.names, prior, blocks, fits.judged(one), partial(fits.missing, one), by_run,
+        one.names, _prior(one), blocks, fits.judged(one), lambda: 0.0, by_run,
         frozenset(name for name in one.names if fits.frees(name)), fits.numbers(one.names),
         fits.shared(one.names),
     )  # fmt: skip

@@ -22,6 +22,7 @@ __all__ = [
     "LAWS_PARAMETERS",
     "Law",
     "add_law",
+    "leave_edge",
     "play_torque",
     "top_force",
     "top_forces",
@@ -67,11 +68,30 @@ def add_law(spec: mujoco.MjSpec, numbers: dict[Law, float]) -> None:
 
 def within_play(model: mujoco.MjModel, data: mujoco.MjData) -> bool:
     """Return whether the foot joint is in its play, where no spring holds the robot up."""
+    return _beyond(model, data)[1] < 0
+
+
+def leave_edge(model: mujoco.MjModel, data: mujoco.MjData, by: float) -> None:
+    """Turn a foot joint that is at the edge of its play outwards, where its spring holds it.
+
+    Args:
+        model: of the robot.
+        data: whose pose may change.
+        by: how close to the edge it may be left [rad].
+    """
+    joint, beyond = _beyond(model, data)
+    if abs(beyond) < by:
+        data.qpos[joint] += np.sign(data.qpos[joint] - model.qpos_spring[joint]) * (by - beyond)
+
+
+def _beyond(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[int, float]:
+    """Return the foot joint's address in qpos, and how far it is beyond its play [rad]."""
     if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _NAME) < 0:
-        return False
+        return 0, np.inf
     numbers = model.numeric(_NAME).data
-    i = int(numbers[2])
-    return bool(abs(data.qpos[i] - model.qpos_spring[i]) < numbers[_INDEX["root_gap"]])
+    joint, gap = int(numbers[2]), float(numbers[_INDEX["root_gap"]])
+    turned = float(data.qpos[joint] - model.qpos_spring[joint])
+    return joint, abs(turned) - gap if gap else np.inf
 
 
 def _addresses(spec: mujoco.MjSpec) -> tuple[int, int, int, int]:

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.sim.beam_laws import leave_edge
 from workbench.sim.chain import PlanarChain
 from workbench.sim.chain_statics import stiffness_of_chain
 from workbench.sim.robot import Foot
@@ -62,7 +63,9 @@ def static_stiffness(
 ) -> NDArray[np.float64]:
     """Return minus the static force's derivative, (n, n) [N/m, N m/rad], by central differences.
 
-    The data's pose is left as it was, its forces are those of the last difference.
+    The data's pose is left as it was, its forces are those of the last difference. At the edge of
+    its play the foot joint is taken to be beyond it: differences across the edge would see half of
+    its spring.
 
     Args:
         model: of the robot.
@@ -73,14 +76,18 @@ def static_stiffness(
     """
     top, directions = model.body("top").id, _directions(model, dofs, rotor_keeps)
     data.qvel[:] = 0
+    pose = data.qpos.copy()
+    leave_edge(model, data, 2 * _DIFFERENCE)
     if chain is not None:
         index = {int(dof): i for i, dof in enumerate(chain.dofs)}
-        return stiffness_of_chain(
+        found = stiffness_of_chain(
             chain.links, chain.ground, chain.laws, chain.top, np.array(chain.gravity), chain.root,
             data.qpos, np.where(chain.dofs >= 0, directions[:, chain.dofs], 0.0),
             np.array([index[int(dof)] for dof in dofs]), _DIFFERENCE,
             chain.bodies[top], data.xfrc_applied[top, [0, 2]],
         )  # fmt: skip
+        data.qpos[:] = pose
+        return found
     here, columns = data.qpos.copy(), []
     for direction in directions:
         sides = []
@@ -89,6 +96,7 @@ def static_stiffness(
             sides.append(_static_force(model, data, top)[dofs])
             data.qpos[:] = here
         columns.append((sides[1] - sides[0]) / (2 * _DIFFERENCE))
+    data.qpos[:] = pose
     return np.column_stack(columns)
 
 
