@@ -76,13 +76,13 @@ def test_what_the_seconds_leave_to_chance_is_no_suspect() -> None:
 
 
 def test_what_is_left_beside_a_cause_is_told() -> None:
-    part = decide(BASE, [scored("a", gain=800, lack=4)], SAMPLES, RULES)
+    part = decide(BASE, [scored("a", gain=800, lack=5)], SAMPLES, RULES)
     assert part.kind == "PARTIAL"
-    assert "a explains 80 % of what the model misses" in part.reason
-    alike = [scored("a", gain=800, lack=4), scored("b", gain=798, seed=1, lack=4)]
+    assert "a explains 75 % of what the model misses" in part.reason
+    alike = [scored("a", gain=800, lack=5), scored("b", gain=798, seed=1, lack=5)]
     either = decide(BASE, alike, SAMPLES, RULES)
     assert (either.kind, len(either.alike)) == ("PARTIAL", 2)
-    assert "a or another like it explains 80 %" in either.reason
+    assert "a or another like it explains 75 %" in either.reason
     most = decide(BASE, [scored("a", gain=800, lack=1.5)], SAMPLES, RULES)
     assert most.kind == "NAMED"
     assert most.reason.endswith("with it the model misses 1.5 times what a whole one may still")
@@ -207,3 +207,16 @@ def test_a_pair_that_gains_less_than_one_of_its_causes_is_not_taken() -> None:
     for gain, names in ((900, ("b",)), (1600, ("a", "b"))):
         pair = scored("a", "b", gain=gain, seed=2)
         assert decide(BASE, [refused, other, pair], SAMPLES, RULES).best.names == names
+
+
+@pytest.mark.parametrize(("lack", "kind"), [(0.4, "NAMED"), (1.2, "NONE")])
+def test_what_explains_all_is_not_hidden_by_the_noise_that_the_base_asks_for(
+    lack: float, kind: str
+) -> None:
+    without, cause = scored(gain=-300, lack=5), scored("a", gain=-10, held=0, lack=lack)
+    base = replace(scored(lack=5, scatter=0.0), again=lambda: without)
+    hidden = replace(scored("a", gain=30, held=-5, lack=lack), again=lambda: cause)
+    assert hidden.cost > base.cost - RULES.practical(SAMPLES)
+    found = decide(base, [hidden], SAMPLES, RULES)
+    assert found.kind == kind
+    assert found.missing == (lack if kind == "NAMED" else 5)

@@ -40,8 +40,7 @@ class Scored:
         frees: names of its causes that free numbers of the model.
         numbers: that its causes release.
         shared: names of causes that are within it: one number where it has one for each element.
-        limited: returns the same at the process noise that a whole model may have, for another fit;
-            itself where left out.
+        again: returns the same at the process noise that a whole model may have, by another fit.
     """
 
     names: tuple[str, ...]
@@ -53,12 +52,17 @@ class Scored:
     frees: frozenset[str] = frozenset()
     numbers: int = 1
     shared: frozenset[str] = frozenset()
-    limited: Callable[[], Scored] | None = None
+    again: Callable[[], Scored] | None = None
 
     @property
     def missing(self) -> float:
         """Return how much less likely the runs are if nothing is missing, over what counts."""
         return self.misses()
+
+    @property
+    def limited(self) -> Scored:
+        """Return the same at the process noise that a whole model may have."""
+        return self if self.again is None else self.again()
 
     @property
     def cost(self) -> float:
@@ -191,8 +195,8 @@ def comparable(
     """Return the base and what was tried, as they are to be compared.
 
     Process noise that a base asks for follows whatever it misses, and a cause of that gains little
-    beside it. So where something is missing, and some cause leaves no more than a whole model may,
-    all are compared at the process noise of a whole model.
+    beside it. So where something is missing, and a cause that gains about as much as any leaves no
+    more than a whole model may, all are compared at the process noise of a whole model.
 
     Args:
         base: without causes.
@@ -200,13 +204,12 @@ def comparable(
         rules: of the diagnosis.
         repeats: how often the innovations repeat one another.
     """
-    if base.missing <= 1:
+    gains = {one.names: versus(one, base, repeats).gain for one in tried}
+    most = max(gains.values(), default=0.0)
+    leading = [one for one in tried if gains[one.names] > max(rules.near * most, rules.least_gain)]
+    if base.missing <= 1 or all(one.missing > 1 for one in leading):
         return base, list(tried)
-    gains = ((one, versus(one, base, repeats).gain) for one in tried)
-    if all(one.missing > 1 for one, gain in gains if gain > rules.no_chance(one.numbers)):
-        return base, list(tried)
-    first, *others = (one if one.limited is None else one.limited() for one in (base, *tried))
-    return first, others
+    return base.limited, [one.limited for one in tried]
 
 
 def chosen(

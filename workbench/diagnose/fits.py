@@ -171,21 +171,16 @@ class Fits:
 
     def limited(self, one: Hypothesis) -> Hypothesis:
         """Return a hypothesis fitted again at the process noise that a whole model may have."""
-        if one not in self._limited:
-            self._limited[one] = self._whole_noise(one)
-        return self._limited[one]
-
-    def _whole_noise(self, one: Hypothesis) -> Hypothesis:
         estimator, strong = one.estimator, one.estimator.system.strong
-        whole = {
-            group: min(q, self.rules.noise_share * strong[group])
-            for group, q in estimator.noise.items()
-        }
+        most = {group: self.rules.noise_share * q for group, q in strong.items()}
+        whole = {group: min(q, most[group]) for group, q in estimator.noise.items()}
         if whole == estimator.noise:
             return one
-        weak = estimator.with_noise(whole)
-        found = minimised(weak, one.x, None, _STEPS, ROUGH, one.jacobian, known=False)
-        return self._hypothesis(one.names, weak, found.x, found.jacobian)
+        if one not in self._limited:
+            weak = estimator.with_noise(whole)
+            found = minimised(weak, one.x, None, _STEPS, ROUGH, one.jacobian, known=False)
+            self._limited[one] = self._hypothesis(one.names, weak, found.x, found.jacobian)
+        return self._limited[one]
 
     def samples(self) -> int:
         """Return how many samples the fitted runs have, of all channels."""

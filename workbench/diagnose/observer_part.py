@@ -255,7 +255,7 @@ def _scored(fits: Fits, one: Hypothesis) -> Scored:
     def limited() -> Scored:
         return replace(_weighed_as(fits, fits.limited(one)), misses=missing)
 
-    return replace(found, misses=missing, limited=limited)
+    return replace(found, misses=missing, again=limited)
 
 
 def _weighed_as(fits: Fits, one: Hypothesis) -> Scored:

@@ -50,7 +50,7 @@ class Rules:
     agree: float = 0.5
     apart: float = 1.64
     material: float = 0.2
-    explained: float = 0.9
+    explained: float = 0.8
     whole: float = 1.15
     noise_share: float = 0.5
 

@@ -1,8 +1,10 @@
 """The drive is an input: the rotor's angle against T, as the cameras saw it.
 
 What was commanded and what the motor did differ by a gain, a lag and a delay. That regression is
-made without a simulation; what it leaves is smoothed without lag and added to it. The angle against
-T is the one in the world less T's turn, which the observer estimates: two or three passes are made.
+made without a simulation; what it leaves is smoothed without lag and added to it. What ripples with
+the rotor's turns is estimated apart, for it is fast: smoothed so little that it passes, noise would
+pass as well. The angle against T is the one in the world less T's turn, which the observer
+estimates: two or three passes are made.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ _ROBUST = 3.0  # residuals beyond so many deviations pull less
 _WILD = 6.0  # deviations from the median of its neighbours: a glitch
 _NEIGHBOURS = 7
 _BENT = 0.1  # root mean square of what follows the turns and is not straight in time
-_PASSES = 2  # of where the rotor is, for what it does once and twice a turn
+_PASSES = 5  # of lag, smooth rest and ripple, each without the others; more change nothing
 _STRENGTHS = np.geomspace(1e-2, 1e11, 53)  # a stronger one is straight over 10 s, and singular
 
 
@@ -89,7 +91,7 @@ def fit_drive(
         spread = max(0.3 / sigma, 1.0)  # T turns by some tenths of a radian
         found = _regressed(times, angle, steps, sigma, spread)
         return _fitted(found, _turned(times, steps, found.x))
-    against, ripple = angle - turn, 0 * times
+    against, smooth, ripple = angle - turn, 0 * times, 0 * times
     found = _regressed(times, against, steps, sigma)
     for _ in range(_PASSES):
         usual = _turned(times, steps, found.x)
@@ -97,7 +99,7 @@ def fit_drive(
         still = np.where(calm(against - usual, sigma), against - ripple, np.nan)
         found = _regressed(times, still, steps, sigma)
         usual = _turned(times, steps, found.x)
-        turning = _rippled(times, usual, usual + ripple + turn)
+        turning = _rippled(times, usual, usual + smooth + ripple + turn)
         smooth, ripple = _smoothed(against - usual, turning, sigma, memory)
     return _fitted(found, usual + smooth + ripple)
 
@@ -158,9 +160,7 @@ def _rippled(times: Array, usual: Array, angle: Array) -> Array:
 
 
 def _smoothed(left: Array, turning: Array, sigma: float, memory: float) -> tuple[Array, Array]:
-    """Return what is smooth in a remainder of even samples, (n,), or follows the rotor's turns.
-
-    The second is what follows the turns.
+    """Return what is smooth in a remainder of even samples, (n,), and what follows the turns, (n,).
 
     Glitches and gaps do not count.
 
