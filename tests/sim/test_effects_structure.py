@@ -15,8 +15,10 @@ from workbench.sim import (
     applied,
     compile_model,
     linear_modes,
+    moving_dofs,
     settle,
     simulate,
+    static_stiffness,
     unloaded,
 )
 
@@ -138,7 +140,7 @@ def test_with_play_the_robot_leans_to_one_end_of_the_gap(robot: Robot, gap: floa
 
 
 def test_a_joint_that_rests_at_the_edge_of_its_play_is_at_rest(robot: Robot) -> None:
-    """Differences of the force see half a spring there; found with a robot of the bank."""
+    """Differences across the edge would see half a spring; found with a robot of the bank."""
     drawn = {
         "beam_mass": 0.05618008964234721, "hinge_stiffness": 9.161397158846155,
         "root_stiffness": 13.810362978866461, "top_mass": 0.09030296623370995,
@@ -147,8 +149,14 @@ def test_a_joint_that_rests_at_the_edge_of_its_play_is_at_rest(robot: Robot) -> 
     }  # fmt: skip
     own = replace(robot, values={**robot.values, **drawn})
     edge = applied(with_effect(own, "root_play", gap=0.0008039834733717977))
-    _, data = settle(edge, "fixed", 1.5846887566254118)
+    model, data = settle(edge, "fixed", 1.5846887566254118)
     assert data.body("top").xpos[2] == pytest.approx(0.273, abs=0.001)
+    beyond = abs(data.qpos[0] - model.qpos_spring[0]) - 0.0008039834733717977
+    assert 0 < beyond < 1e-6
+    free = moving_dofs(model, "fixed")
+    here = static_stiffness(model, data, free)
+    data.qpos[0] += 1e-5 * np.sign(data.qpos[0] - model.qpos_spring[0])
+    assert here == pytest.approx(static_stiffness(model, data, free), rel=1e-3, abs=1e-3)
 
 
 @pytest.mark.parametrize("amplitude", [0.011, 0.02, 0.1])

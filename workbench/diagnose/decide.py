@@ -160,7 +160,8 @@ def decide(
     likelier = [
         one
         for one, gained in compared
-        if gained.gain > rules.suspected and (gained.held > 0 or _behind(best, one, rules, repeats))
+        if gained.gain > rules.suspected
+        and (gained.held > -rules.suspected or _behind(best, one, rules, repeats))
     ]
     alike, beside = _alike(best, likelier, rules, repeats), ""
     if len(alike) > 1 and before.missing <= 1 and _share(alike, before):

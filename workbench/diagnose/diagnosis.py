@@ -196,6 +196,7 @@ def diagnose(
     rig = fits.rig
     fits.progress = portion(progress, 0.4, 0.85)
     observer = observer_part(fits, base)
+    base = observer.base
     drive = drive_part(fits, observer.best)
     parts = {"observer": observer.part}
     if drive is not None:

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -24,8 +25,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.arm import Arm
 from workbench.diagnose.linear import Linear, Solved, edges_of
-from workbench.fit import Hopper, calm, commanded_angle, fit_drive
-from workbench.motion import TOP
+from workbench.fit import Hopper, calm, commanded_angle, fit_drive, motor_torque
 from workbench.sim import EFFECTS
 
 __all__ = ["DRIVE", "DriveFits", "drive_fits"]
@@ -38,7 +38,6 @@ DRIVE = ("speed_scale", "speed_offset", "speed_drift", "motor_droop", "speed_rip
 _RUN_PRIORS = {"start": 10.0, "delay": 0.01, "lag": 0.05, "gain": 1e-3}
 """What a run keeps to itself -> how far it may be off [rad, s, s, 1]."""
 _FIRST_S = 0.1  # of a run, that shows where it starts
-_SMOOTH_S = 0.15  # over which T's acceleration is taken
 _OFFSETS = ("marker forward", "marker up")
 _TOLERATED_M = 2e-4  # how far the point taken for T may sit off T and nobody minds
 
@@ -166,7 +165,8 @@ def _columns(
     world = system.world_angle(k)
     seen = world - (turn - turn[0])
     sigma, memory = system.rotor_noise(k)
-    motor = fit_drive(times, arm.true_angle(seen) + turn, run.steps, sigma, turn, memory)
+    torque = partial(_torque, system, k)
+    motor = fit_drive(times, arm.true_angle(seen) + turn, run.steps, sigma, turn, memory, torque)
     lag, delay = motor.lag, motor.delay
 
     def angle(late: float, slow: float) -> Array:
@@ -202,22 +202,7 @@ def _columns(
 
 
 def _torque(system: Hopper, k: int, angle: Array) -> Array:
-    """Return the motor's torque, (n,) [N m]: weight and inertia of the rotor about T."""
-    values, step = system.robot.values, system.sample_s
-    places = system.channels_of(k)
-    path = system.seen(k)[:, [places.index(TOP[0]), places.index(TOP[2])]]
-    index = np.arange(len(path))
-    filled = np.column_stack(
-        [np.interp(index, index[np.isfinite(c)], c[np.isfinite(c)]) for c in path.T]
-    )
-    filled = scipy.ndimage.median_filter(filled, (3, 1), mode="nearest")  # single glitches
-    width = 2 * round(_SMOOTH_S / step / 2) + 1
-    x, z = scipy.signal.savgol_filter(filled, width, 3, deriv=2, delta=step, axis=0).T
-    turning = scipy.signal.savgol_filter(angle, width, 3, deriv=2, delta=step)
-    mass, arm, radius = values["rotor_mass"], values["rotor_arm_mass"], values["rotor_radius"]
-    lever = (mass + arm / 2) * radius
-    across = -x * np.sin(angle) - (z + values["gravity"]) * np.cos(angle)
-    return np.asarray(lever * across + (mass + arm / 3) * radius**2 * turning)
+    return motor_torque(system.robot.values, system.path_of_top(k), system.sample_s, angle)
 
 
 def _integral(rate: Array, step: float) -> Array:

@@ -1,15 +1,15 @@
 """The drive is an input: the rotor's angle against T, as the cameras saw it.
 
 What was commanded and what the motor did differ by a gain, a lag and a delay. That regression is
-made without a simulation; what it leaves is smoothed without lag and added to it. What ripples with
-the rotor's turns is estimated apart, for it is fast: smoothed so little that it passes, noise would
-pass as well. The angle against T is the one in the world less T's turn, which the observer
+made without a simulation; what it leaves is smoothed without lag and added to it. What a motor may
+do within each turn is estimated apart, for it is fast: smoothed so little that it passes, noise
+would pass as well. The angle against T is the one in the world less T's turn, which the observer
 estimates: two or three passes are made.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,17 +17,23 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-__all__ = ["DriveFit", "calm", "commanded_angle", "fit_drive"]
+__all__ = ["DriveFit", "calm", "commanded_angle", "fit_drive", "motor_torque"]
 
 Array = NDArray[np.float64]
 Steps = Sequence[tuple[float, float]]
+Torque = Callable[[Array], Array]
+"""Angle of the rotor in the world, (n,) [rad] -> the motor's torque, (n,) [N m]."""
 
 _LAG_S, _LEAST_LAG_S = 0.05, 1e-3
 _ROBUST = 3.0  # residuals beyond so many deviations pull less
 _WILD = 6.0  # deviations from the median of its neighbours: a glitch
 _NEIGHBOURS = 7
-_BENT = 0.1  # root mean square of what follows the turns and is not straight in time
+_BENT = 0.03  # root mean square of what follows the turns and is not straight in time
 _PASSES = 5  # of lag, smooth rest and ripple, each without the others; more change nothing
+_SLOPE = 1000.0  # [rad/s per N m] of a column; its size is found
+_ACCELERATION_S = 0.15  # over which T's acceleration is taken
+_CHANCE = 8.0  # of -2 ln L: what four numbers gain by chance in one of 300 runs
+_RIPPLES = (0.0, *np.geomspace(1.0, 300.0, 6))  # widths of a ripple's prior, by the noise
 _STRENGTHS = np.geomspace(1e-2, 1e11, 53)  # a stronger one is straight over 10 s, and singular
 
 
@@ -75,6 +81,7 @@ def fit_drive(
     sigma: float,
     turn: Array | None = None,
     memory: float = 0.0,
+    torque: Torque | None = None,
 ) -> DriveFit:
     """Return what the motor did.
 
@@ -86,6 +93,7 @@ def fit_drive(
         turn: (n,) of T [rad]; what the regression leaves beside it is kept, smoothed. None takes
             what it leaves for the turn of T.
         memory: correlation of the angle's noise with that of the sample before.
+        torque: of the motor, under which its speed may fall.
     """
     if turn is None:
         spread = max(0.3 / sigma, 1.0)  # T turns by some tenths of a radian
@@ -93,13 +101,13 @@ def fit_drive(
         return _fitted(found, _turned(times, steps, found.x))
     against, smooth, ripple = angle - turn, 0 * times, 0 * times
     found = _regressed(times, against, steps, sigma)
+    usual = _turned(times, steps, found.x)
     for _ in range(_PASSES):
-        usual = _turned(times, steps, found.x)
         # a glitch in the first samples, where lag and delay show, still pulls at them
         still = np.where(calm(against - usual, sigma), against - ripple, np.nan)
         found = _regressed(times, still, steps, sigma)
         usual = _turned(times, steps, found.x)
-        turning = _rippled(times, usual, usual + smooth + ripple + turn)
+        turning = _within_turns(times, usual, usual + smooth + ripple + turn, torque)
         smooth, ripple = _smoothed(against - usual, turning, sigma, memory)
     return _fitted(found, usual + smooth + ripple)
 
@@ -141,22 +149,48 @@ def calm(left: Array, sigma: float) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(left) & (np.abs(left - usual) < _WILD * sigma))
 
 
-def _rippled(times: Array, usual: Array, angle: Array) -> Array:
-    """Return what a speed that ripples once and twice a turn adds to an angle, (n, c) [rad].
+def _within_turns(times: Array, usual: Array, angle: Array, torque: Torque | None) -> Array:
+    """Return what may come to an angle within each turn, (n, c): orthonormal columns [1].
 
-    Of the four columns those remain that are not straight in time, as they are where the rotor
-    hardly turns.
+    A speed that ripples once and twice a turn, and one that falls under the motor's torque. Of
+    these those remain that are not straight in time, as they are where the rotor hardly turns.
 
     Args:
         times: (n,) [s].
-        usual: (n,) angle without ripple [rad].
+        usual: (n,) angle without them [rad].
         angle: (n,) of the rotor in the world [rad].
+        torque: of the motor.
     """
     speed, step = np.gradient(usual, times), float(times[1] - times[0])
     rates = [speed * f(n * angle) for n in (1, 2) for f in (np.cos, np.sin)]
+    if torque is not None:
+        rates.append(_SLOPE * torque(angle) * (speed > 0))
     every = scipy.integrate.cumulative_trapezoid(rates, dx=step, initial=0.0).T
     across, sizes, _ = np.linalg.svd(scipy.signal.detrend(every, axis=0), full_matrices=False)
     return np.asarray(across[:, sizes > _BENT * np.sqrt(len(angle))])
+
+
+def motor_torque(values: Mapping[str, float], path: Array, step: float, angle: Array) -> Array:
+    """Return the motor's torque, (n,) [N m]: weight and inertia of the rotor about T.
+
+    Args:
+        values: numbers of the model.
+        path: (n, 2) of T, forward and up [m], NaN where not seen.
+        step: from one sample to the next [s].
+        angle: (n,) of the rotor in the world [rad].
+    """
+    index = np.arange(len(path))
+    filled = np.column_stack(
+        [np.interp(index, index[np.isfinite(c)], c[np.isfinite(c)]) for c in path.T]
+    )
+    filled = scipy.ndimage.median_filter(filled, (3, 1), mode="nearest")  # single glitches
+    width = 2 * round(_ACCELERATION_S / step / 2) + 1
+    x, z = scipy.signal.savgol_filter(filled, width, 3, deriv=2, delta=step, axis=0).T
+    turning = scipy.signal.savgol_filter(angle, width, 3, deriv=2, delta=step)
+    mass, arm, radius = values["rotor_mass"], values["rotor_arm_mass"], values["rotor_radius"]
+    lever = (mass + arm / 2) * radius
+    across = -x * np.sin(angle) - (z + values["gravity"]) * np.cos(angle)
+    return np.asarray(lever * across + (mass + arm / 3) * radius**2 * turning)
 
 
 def _smoothed(left: Array, turning: Array, sigma: float, memory: float) -> tuple[Array, Array]:
@@ -165,10 +199,12 @@ def _smoothed(left: Array, turning: Array, sigma: float, memory: float) -> tuple
     Glitches and gaps do not count.
 
     The discrete smoothing spline of Whittaker: least squares with second differences D penalised by
-    a strength s, chosen by restricted maximum likelihood, which rarely takes noise for smooth
-    where cross-validation often does (Wood, J. R. Stat. Soc. B 73, 2011, 3). What follows the turns
-    is not penalised: a ripple is no reason to believe the noise. Residuals are whitened: with a
-    memory m of the noise, r[k] - m r[k-1] counts. Determinants are those without gaps, from the
+    a strength s; what follows the turns has a normal prior. Of the strengths and widths of that
+    prior that are about as likely as the likeliest, those with the fewest degrees of freedom are
+    taken: whatever is followed without need is noise that shakes T. The likelihood is the
+    restricted one, which rarely takes noise for smooth where cross-validation often does (Wood, J.
+    R. Stat. Soc. B 73, 2011, 3). Residuals are whitened: with a memory m of the noise,
+    r[k] - m r[k-1] counts. Determinants and degrees of freedom are those without gaps, from the
     eigenvalues of D'D and of the whitening.
     """
     kept = calm(left, sigma)
@@ -192,17 +228,23 @@ def _smoothed(left: Array, turning: Array, sigma: float, memory: float) -> tuple
     rough = squares[2:]  # without what is straight, which no strength penalises
     every = np.column_stack([values, turning])
     goal = transposed(whitened(every))
-    best, least = (values, values), np.inf
+    tried: list[tuple[float, float, Array, Array]] = []
     for strength in _STRENGTHS:
         whole = strength * bands
         whole[2] += own**2 + np.append(before[1:] ** 2, 0.0)
         whole[1] += own * before
         smooth = scipy.linalg.solveh_banded(whole, goal)
         rest = goal.T @ (every - smooth)  # of the remainder and of each turning, whitened
-        share = np.linalg.solve(rest[1:, 1:], rest[1:, 0])
-        power = float(rest[0, 0] - rest[0, 1:] @ share)
-        score = (len(rough) - len(share)) * np.log(power) + np.linalg.slogdet(rest[1:, 1:])[1]
-        score += float(np.sum(np.log1p(1 / (strength * rough))))
-        if score < least:
-            best, least = (smooth[:, 0] - smooth[:, 1:] @ share, turning @ share), score
-    return best
+        shown, ways = np.linalg.eigh(rest[1:, 1:])
+        along, stiff = ways.T @ rest[1:, 0], strength * rough
+        for wide in _RIPPLES:
+            known = wide**2 / (1 + wide**2 * shown)
+            power = float(rest[0, 0] - along @ (known * along))
+            score = len(rough) * np.log(power) + float(np.sum(np.log1p(1 / stiff)))
+            score += float(np.sum(np.log1p(wide**2 * shown)))
+            freedom = float(np.sum(1 / (1 + stiff)) + np.sum(known * shown))
+            ripple = ways @ (known * along)
+            tried.append((score, freedom, smooth[:, 0] - smooth[:, 1:] @ ripple, turning @ ripple))
+    least = min(score for score, *_ in tried)
+    likely = (one for one in tried if one[0] < least + _CHANCE)
+    return min(likely, key=lambda one: one[1])[2:]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from types import MappingProxyType
 
 import mujoco
@@ -17,7 +18,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.fit.drive import fit_drive
+from workbench.fit.drive import fit_drive, motor_torque
 from workbench.fit.gain import Modes
 from workbench.fit.measured import MeasuredRun
 from workbench.fit.noise import Coloured, coloured_noise
@@ -30,7 +31,7 @@ from workbench.fit.systems.hopper_own import Own, own_of
 from workbench.fit.systems.hopper_rest import held, rest_of
 from workbench.fit.systems.hopper_seen import is_clamped, seen_run
 from workbench.fit.systems.hopper_view import View
-from workbench.motion import ROTOR_ANGLE
+from workbench.motion import ROTOR_ANGLE, TOP
 from workbench.sim import (
     EFFECTS,
     SAMPLE_RATE_HZ,
@@ -338,7 +339,14 @@ class Hopper:
             return None
         angle, turn = self.world_angle(run), self.turn_of_top(run, qpos)
         sigma, memory = self.rotor_noise(run)
-        return fit_drive(self.times(run), angle, one.steps, sigma, turn, memory).angle
+        path, values = self.path_of_top(run), self.robot.values
+        torque = partial(motor_torque, values, path, self.sample_s)
+        return fit_drive(self.times(run), angle, one.steps, sigma, turn, memory, torque).angle
+
+    def path_of_top(self, run: int) -> Array:
+        """Return where T was seen, forward and up, (n, 2) [m]; NaN where it was not."""
+        places = self.channels_of(run)
+        return self.seen(run)[:, [places.index(TOP[0]), places.index(TOP[2])]]
 
     def rotor_noise(self, run: int) -> Coloured:
         """Return the noise of the rotor's angle."""
