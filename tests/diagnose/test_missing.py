@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from benchmarks.bank.courses import Course, Quantities
 from tests.fit.filmed import ROBOT, measured, ramp, twin_motion
 from workbench.diagnose import ABSENT, MissingForceAnalysis, missing_force
-from workbench.diagnose.fits import Hypothesis
+from workbench.diagnose.hypothesis import Hypothesis
 from workbench.diagnose.missing import INDEPENDENT
 from workbench.fit import Estimator, Hopper, ParameterVector
 from workbench.motion import TOP

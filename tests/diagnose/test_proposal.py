@@ -14,7 +14,8 @@ from tests.diagnose.hidden import DOCUMENT, SHAPE, Asked, runs_of, truth
 from workbench.diagnose import Diagnosis, HopperRig, ProposedRun, investigate, propose
 from workbench.diagnose.drive_runs import propose_speed_among
 from workbench.diagnose.findings import Cause, EstimatedQuantity
-from workbench.diagnose.fits import Fits, Hypothesis
+from workbench.diagnose.fits import Fits
+from workbench.diagnose.hypothesis import Hypothesis
 from workbench.diagnose.next_experiment import Proposal, minutes_of, propose_among
 from workbench.diagnose.predicted import Setting
 from workbench.diagnose.remaining import Remaining, remaining

@@ -21,7 +21,8 @@ from workbench.diagnose.confidence import Confidence, confidence_in
 from workbench.diagnose.decide import Kind, Part, versus
 from workbench.diagnose.drive_part import drive_part
 from workbench.diagnose.findings import Alternative, Cause, Refit
-from workbench.diagnose.fits import Fits, Hypothesis
+from workbench.diagnose.fits import Fits
+from workbench.diagnose.hypothesis import Hypothesis
 from workbench.diagnose.observer_part import observer_part
 from workbench.diagnose.rig import HopperRig, Rig
 from workbench.diagnose.rules import Rules

@@ -23,9 +23,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from workbench.diagnose.arm import Arm
 from workbench.diagnose.linear import Linear, Solved, edges_of
-from workbench.fit import Hopper, calm, commanded_angle, fit_drive, motor_torque
+from workbench.fit import Arm, Hopper, calm, commanded_angle, fit_drive, motor_torque
 from workbench.sim import EFFECTS
 
 __all__ = ["DRIVE", "DriveFits", "drive_fits"]

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from workbench.diagnose.decide import Part, Scored, decide
 from workbench.diagnose.drive import DRIVE, DriveFits
 from workbench.diagnose.findings import Cause, quantity_of
-from workbench.diagnose.fits import Fits, Hypothesis
+from workbench.diagnose.fits import Fits
+from workbench.diagnose.hypothesis import Hypothesis
 from workbench.diagnose.linear import Solved
 from workbench.sim import EFFECTS
 

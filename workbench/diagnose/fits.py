@@ -8,15 +8,15 @@ the forces that are no longer missing.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.arm import arm_of
 from workbench.diagnose.drive import DriveFits, drive_fits
+from workbench.diagnose.hypothesis import Hypothesis
 from workbench.diagnose.linear import edges_of
 from workbench.diagnose.rig import Rig
 from workbench.diagnose.rules import Rules
@@ -33,6 +33,7 @@ from workbench.fit import (
     ParameterVector,
     Scope,
     System,
+    arm_of,
     counted,
     fit_system,
     likeliest,
@@ -44,7 +45,7 @@ from workbench.fit import (
 )
 from workbench.progress import Progress
 
-__all__ = ["Fits", "Hypothesis"]
+__all__ = ["Fits"]
 
 Array = NDArray[np.float64]
 
@@ -54,38 +55,6 @@ _OFF = 0.1
 _OFFSET = "marker_offset"
 """Candidate that the rotor's arm shows. Beyond its tolerance neither the rotor's angle nor what is
 seen of T is straight in it: 20 mm on an arm of 35 mm bend the angle by 0.6 rad each turn."""
-
-
-@dataclass(frozen=True, eq=False)
-class Hypothesis:
-    """The base with some candidates released, as fitted.
-
-    Args:
-        names: of the candidates; none is the base.
-        estimator: of the fitted runs, with its process noise.
-        x: (p,) numbers of its parameters [prior deviations].
-        blocks: (b,) of each fitted run, -2 ln L of each second [1].
-        prior: sum of squares of the numbers that have a prior.
-        jacobian: (m, p) of the residuals at the end of the fit, or near it [1].
-    """
-
-    names: tuple[str, ...]
-    estimator: Estimator
-    x: Array
-    blocks: tuple[Array, ...]
-    prior: float
-    jacobian: Array
-
-    @property
-    def cost(self) -> float:
-        """Return -2 ln of the posterior of the fitted runs."""
-        return self.prior + sum(float(one.sum()) for one in self.blocks)
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Return the value of each parameter by its name."""
-        vector = self.estimator.vector
-        return {one.name: value for one, value in vector.values(self.x).items()}
 
 
 class Fits:

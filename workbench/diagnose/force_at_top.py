@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from workbench.diagnose.fits import Hypothesis
+from workbench.diagnose.hypothesis import Hypothesis
 from workbench.fit import WINDOW, Hopper, Modes, at_points, pose, smoothed
 from workbench.motion import FOOT, ROTOR_ANGLE, TOP
 from workbench.timeseries import TimeSeries

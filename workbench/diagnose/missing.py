@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.fits import Hypothesis
 from workbench.diagnose.force_at_top import CONTACT_M, MissingForce, force_of
+from workbench.diagnose.hypothesis import Hypothesis
 from workbench.diagnose.rules import RULES, Rules
 from workbench.diagnose.wording import digits
 from workbench.fit import Hopper

@@ -11,7 +11,8 @@ import numpy as np
 from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.decide import Part, Scored, chosen, comparable, decide, versus
 from workbench.diagnose.findings import Cause, EstimatedQuantity, Refit, quantity_of
-from workbench.diagnose.fits import Fits, Hypothesis
+from workbench.diagnose.fits import Fits
+from workbench.diagnose.hypothesis import Hypothesis
 from workbench.diagnose.linear import beyond
 from workbench.diagnose.screening import Promise
 from workbench.diagnose.wording import together

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.decide import Part, Scored, versus
 from workbench.diagnose.diagnosis import Diagnosis
-from workbench.diagnose.fits import Hypothesis
+from workbench.diagnose.hypothesis import Hypothesis
 from workbench.diagnose.linear import Linear
 from workbench.diagnose.rig import Rig
 from workbench.diagnose.wording import together

@@ -18,7 +18,7 @@ from tests.fit.filmed import ROBOT, measured, twin_motion
 from workbench.diagnose import DRIVE, Diagnosis, Errors, Kind, Part, write_answer
 from workbench.diagnose.decide import Scored, Versus
 from workbench.diagnose.findings import Alternative, Cause, EstimatedQuantity, Refit
-from workbench.diagnose.fits import Hypothesis
+from workbench.diagnose.hypothesis import Hypothesis
 from workbench.diagnose.rules import RULES
 from workbench.diagnose.screening import Promise
 from workbench.fit import Hopper

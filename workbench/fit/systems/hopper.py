@@ -18,6 +18,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.fit.arm import arm_of
 from workbench.fit.drive import fit_drive, motor_torque
 from workbench.fit.gain import Modes
 from workbench.fit.measured import MeasuredRun
@@ -330,6 +331,8 @@ class Hopper:
     def angle_against_top(self, run: int, qpos: Array) -> Array | None:
         """Return a rotor's angle against T, (n,) [rad]; None where none is driven.
 
+        It is smooth as the motor turns: about T, wherever the point taken for it sits.
+
         Args:
             run: its number.
             qpos: (n, nq) states [m, rad].
@@ -338,10 +341,14 @@ class Hopper:
         if not one.driven:
             return None
         angle, turn = self.world_angle(run), self.turn_of_top(run, qpos)
+        arm = arm_of(self, [turn if k == run else None for k in range(len(self.runs))])
         sigma, memory = self.rotor_noise(run)
         path, values = self.path_of_top(run), self.robot.values
         torque = partial(motor_torque, values, path, self.sample_s)
-        return fit_drive(self.times(run), angle, one.steps, sigma, turn, memory, torque).angle
+        bent = arm.bends(sigma)
+        angle = arm.true_angle(angle - turn) + turn if bent else angle
+        fit = fit_drive(self.times(run), angle, one.steps, sigma, turn, memory, torque)
+        return arm.seen_angle(fit.angle) if bent else fit.angle
 
     def path_of_top(self, run: int) -> Array:
         """Return where T was seen, forward and up, (n, 2) [m]; NaN where it was not."""

@@ -12,13 +12,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.fit import Hopper, View
+from workbench.fit.systems.hopper_view import View
 from workbench.motion import ROTOR, TOP, position
 from workbench.noise import robust_sigma
+
+if TYPE_CHECKING:
+    from workbench.fit.systems.hopper import Hopper
 
 __all__ = ["Arm", "arm_of"]
 
@@ -47,12 +51,24 @@ class Arm:
         """Return whether a rotor turned."""
         return bool(np.isfinite(self.deviation).all())
 
+    def bends(self, sigma: float) -> bool:
+        """Return whether it bends the angle by more than a sample's noise [rad]."""
+        return self.known and float(np.hypot(*self.offset)) > sigma * self.radius
+
     def true_angle(self, seen: Array) -> Array:
         """Return angles about T, (n,) [rad], of angles (n,) about the point taken for it [rad]."""
         if not self.known:
             return seen
         forward, up = self.offset
         return View(forward=forward, up=up).true_angle(seen, self.radius)
+
+    def seen_angle(self, true: Array) -> Array:
+        """Return angles about the point taken for T, (n,) [rad], of angles (n,) about T [rad]."""
+        if not self.known:
+            return true
+        forward, up = self.offset
+        x, z = self.radius * np.cos(true) - forward, self.radius * np.sin(true) + up
+        return np.asarray(true + np.angle(np.exp(1j * (np.arctan2(z, x) - true))))
 
     def length(self, seen: Array) -> Array:
         """Return lengths of the arm as seen at angles (n,) about that point [rad], (n,) [m]."""
@@ -64,21 +80,23 @@ class Arm:
         return np.asarray(np.sqrt(np.maximum(self.radius**2 - across**2, 0.0)) - along)
 
 
-def arm_of(system: Hopper, turns: Sequence[Array] | None = None) -> Arm:
+def arm_of(system: Hopper, turns: Sequence[Array | None] | None = None) -> Arm:
     """Return where the point taken for T sits, as the driven runs of a system show it.
 
     Args:
         system: with its runs.
-        turns: of each run, (n,) turn of T from its rest [rad]; none where left out: an unknown
-            turn of 0.1 rad moves an offset of 20 mm by half a millimetre.
+        turns: of each run, (n,) turn of T from its rest [rad]; a run without one is left out. No
+            run turns where no list is given: an unknown turn of 0.1 rad moves an offset of 20 mm by
+            half a millimetre.
     """
     rows, lengths = [], []
     for k, run in enumerate(system.runs):
-        if not run.driven or ROTOR[0] not in run.motion:
+        turn = 0.0 if turns is None else turns[k]
+        if not run.driven or ROTOR[0] not in run.motion or turn is None:
             continue
         begin, world = system.first(k), system.world_angle(k)
         arm = (position(run.motion, ROTOR) - position(run.motion, TOP))[begin : begin + len(world)]
-        angle = world if turns is None else world - turns[k]
+        angle = world - turn
         length = np.hypot(arm[:, 0], arm[:, 2])
         seen = np.isfinite(length) & np.isfinite(angle) & (length > 0)
         if seen.sum() < _FEWEST:

@@ -7,9 +7,9 @@ import pytest
 
 from tests.diagnose.hidden import DOCUMENT, SHAPE
 from workbench.diagnose import HopperRig
-from workbench.diagnose.arm import arm_of
 from workbench.diagnose.drive import drive_fits
 from workbench.fit import Hopper, MeasuredRun, commanded_angle
+from workbench.fit.arm import arm_of
 from workbench.motion import ROTOR, ROTOR_ANGLE, TOP, rotor_angle
 from workbench.timeseries import TimeSeries
 

@@ -1,0 +1,46 @@
+"""A hypothesis as fitted: the base with some candidates released."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.fit import Estimator
+
+__all__ = ["Hypothesis"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """The base with some candidates released, as fitted.
+
+    Args:
+        names: of the candidates; none is the base.
+        estimator: of the fitted runs, with its process noise.
+        x: (p,) numbers of its parameters [prior deviations].
+        blocks: (b,) of each fitted run, -2 ln L of each second [1].
+        prior: sum of squares of the numbers that have a prior.
+        jacobian: (m, p) of the residuals at the end of the fit, or near it [1].
+    """
+
+    names: tuple[str, ...]
+    estimator: Estimator
+    x: Array
+    blocks: tuple[Array, ...]
+    prior: float
+    jacobian: Array
+
+    @property
+    def cost(self) -> float:
+        """Return -2 ln of the posterior of the fitted runs."""
+        return self.prior + sum(float(one.sum()) for one in self.blocks)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Return the value of each parameter by its name."""
+        vector = self.estimator.vector
+        return {one.name: value for one, value in vector.values(self.x).items()}
