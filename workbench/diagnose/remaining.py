@@ -102,7 +102,8 @@ def remaining(found: Diagnosis, rig: Rig) -> list[Remaining]:
         return _hidden(found, rig)
     fitted = {one.names: one for one in found.tried}
     scored = _chosen(found, part)[:MOST]
-    chosen = [_of(fitted[one.names], rig, one) for one in scored]
+    kept = [fitted[one.names] for one in scored]
+    chosen = [_of(one, rig, found.fits.judged(one)) for one in kept]
     if part.kind == "SET" and not _evident(found, part):
         chosen.append(_of(found.base, rig))
     costs = np.array([one.cost for one in chosen]) / found.fits.repeats()
@@ -136,12 +137,12 @@ def _evident(found: Diagnosis, part: Part) -> bool:
     return best is not None and best.gain > least and best.sure > rules.sure and best.held > 0
 
 
-def _of(one: Hypothesis, rig: Rig, scored: Scored | None = None) -> Remaining:
+def _of(one: Hypothesis, rig: Rig, judged: Sequence[Array] = ()) -> Remaining:
     shared = [p for p in one.estimator.vector.parameters if p.scope is not Scope.RUN]
     more = [p for p in rig.base if p.name not in {q.name for q in shared}]
     values = {p.name: p.nominal for p in more} | {p.name: one.values[p.name] for p in shared}
     known, information = _information(one)
-    held = np.concatenate([np.zeros(0), *(() if scored is None else scored.held)])
+    held = np.concatenate([np.zeros(0), *judged])
     return Remaining(
         one.names, (*shared, *more), values, one.estimator.noise, known, information,
         one.cost, np.concatenate(one.blocks), held,
