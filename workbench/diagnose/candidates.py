@@ -28,7 +28,8 @@ _FREES = {
 }
 """Effect -> the model's own numbers that it frees from their tolerance."""
 _UNLIKE = ("root_play",)
-"""A base without play softens so far to follow it that from there the gap does nothing."""
+"""A base without play softens so far to follow it that from there the gap does nothing, and strong
+correction lets a narrow one vanish."""
 
 _ELSEWHERE = ("drive", "numerics")
 """Groups that the observer does not judge: the rotor's angle is an input, and finer steps or
@@ -67,6 +68,11 @@ class Candidate:
     separated_by: str = ""
     instead_of: tuple[str, ...] = ()
     unlike: bool = False
+
+    @property
+    def absent(self) -> tuple[Parameter, ...]:
+        """Return the quantities that are zero at least, and zero as stated."""
+        return tuple(p for p in self.quantities.values() if p.low == p.nominal == 0)
 
 
 def hopper_candidates(

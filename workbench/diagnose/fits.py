@@ -52,6 +52,7 @@ Array = NDArray[np.float64]
 _STEPS = 6  # evaluations of one refit
 _ROUNDS = 2  # of weighing the process noise
 _OFF = 0.1
+_WIDE = 5.0  # deviations at which another machine begins: too much comes down, too little vanishes
 _OFFSET = "marker_offset"
 """Candidate that the rotor's arm shows. Beyond its tolerance neither the rotor's angle nor what is
 seen of T is straight in it: 20 mm on an arm of 35 mm bend the angle by 0.6 rad each turn."""
@@ -115,17 +116,20 @@ class Fits:
         """Fit the base within its tolerances."""
         return self.whole((), {})
 
-    def whole(self, names: tuple[str, ...], start: Mapping[str, float]) -> Hypothesis:
+    def whole(
+        self, names: tuple[str, ...], start: Mapping[str, float], late: Collection[str] = ()
+    ) -> Hypothesis:
         """Fit a hypothesis by the whole recipe, its inputs made anew.
 
         Args:
             names: of its candidates.
             start: values of parameters that are not nominal.
+            late: names of parameters that stay there while correction is strong.
         """
         system = self.rig.system(self.train, self._released(names), self._nominal)
         vector = ParameterVector(system.parameters)
         fit = fit_system(
-            system, vector, start=_numbers(vector, start), progress=self.progress,
+            system, vector, start=_numbers(vector, start), late=late, progress=self.progress,
             threads=self.threads, central=False,
         )  # fmt: skip
         return self._hypothesis(names, fit.estimator, fit.x, fit.jacobian)
@@ -240,11 +244,14 @@ class Fits:
         A point far off T makes other inputs, so that such a hypothesis is fitted as the base is, as
         is one of another machine.
         """
-        far = self.far(names) and not self.far(near.names)
-        if far or any(self.unlike(name) for name in set(names) - set(near.names)):
-            others = {p.name for n in near.names for p in self.candidates[n].quantities.values()}
-            known = {name: value for name, value in near.values.items() if name in others}
-            return self.whole(tuple(names), known | (self._shown if far else {}))
+        others = {p.name for n in near.names for p in self.candidates[n].quantities.values()}
+        known = {name: value for name, value in near.values.items() if name in others}
+        if self.far(names) and not self.far(near.names):
+            return self.whole(tuple(names), known | self._shown)
+        for name in set(names) - set(near.names):
+            if self.unlike(name):
+                wide = {p.name: _WIDE * p.deviation for p in self.candidates[name].absent}
+                return self.whole(tuple(names), known | wide, wide)
         estimator, x = self._estimator(near, self._released(names))
         exact = estimator.residuals_of(near.estimator.innovations(near.x, keep=True), x)
         coarse = replace(estimator, defect=np.zeros(0))

@@ -118,7 +118,8 @@ class Linear:
                 i
                 for i, (name, own) in enumerate(zip(self.names, self.own, strict=True))
                 if own or name in moving
-            ]
+            ],
+            dtype=np.intp,  # where nothing moves, too: no run held out is driven
         )
         prior = np.array([1.0 if moving.get(self.names[i], True) else _FREED for i in chosen])
         curvature = self.curvature[np.ix_(chosen, chosen)] + np.diag(prior)

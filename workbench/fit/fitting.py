@@ -9,7 +9,7 @@ derivatives are of coarse ones.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -87,6 +87,7 @@ def fit_system(
     vector: ParameterVector,
     *,
     start: Array | None = None,
+    late: Collection[str] = (),
     progress: Progress = lambda text: None,
     threads: int = 0,
     central: bool = True,
@@ -97,6 +98,7 @@ def fit_system(
         system: with its runs.
         vector: of the parameters; those of single runs are held in the first stage.
         start: (p,) the minimiser's numbers to begin at [1]; nominal where left out.
+        late: names of parameters that stay at their start in the first stage, too.
         progress: called at each stage.
         threads: 0 takes all cores.
         central: whether the Jacobian at the end is taken anew, by differences to both sides.
@@ -107,7 +109,7 @@ def fit_system(
     x = _inside(vector, np.zeros(len(vector)) if start is None else start)
     progress("observe the runs with strong correction")
     estimator = refined(Estimator.of(system, vector, _far(system), threads=threads), x)
-    held = np.array([p.scope is Scope.RUN for p in vector.parameters])
+    held = np.array([p.scope is Scope.RUN or p.name in late for p in vector.parameters])
     found = minimised(replace(estimator, window=_FIRST_S), x, ~held, _MOST, ROUGH)
     count, whole = found.evaluations, estimator.window
     short = replace(estimator.with_noise(system.strong), window=_FIRST_S)
