@@ -28,8 +28,7 @@ _FREES = {
 }
 """Effect -> the model's own numbers that it frees from their tolerance."""
 _UNLIKE = ("root_play",)
-"""A base without play softens so far to follow it that from there the gap does nothing, and strong
-correction lets a narrow one vanish."""
+"""A base without play softens so far to follow it that from there the gap does nothing."""
 
 _ELSEWHERE = ("drive", "numerics")
 """Groups that the observer does not judge: the rotor's angle is an input, and finer steps or

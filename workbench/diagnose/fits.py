@@ -10,14 +10,13 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.drive import DriveFits, drive_fits
-from workbench.diagnose.hypothesis import Hypothesis
-from workbench.diagnose.linear import edges_of
+from workbench.diagnose.hypothesis import Hypothesis, blocks_of
 from workbench.diagnose.rig import Rig
 from workbench.diagnose.rules import Rules
 from workbench.diagnose.screening import Promise, columns_of, neighbourhood, pairs_without, screened
@@ -34,7 +33,6 @@ from workbench.fit import (
     Scope,
     System,
     arm_of,
-    counted,
     fit_system,
     likeliest,
     minimised,
@@ -52,7 +50,7 @@ Array = NDArray[np.float64]
 _STEPS = 6  # evaluations of one refit
 _ROUNDS = 2  # of weighing the process noise
 _OFF = 0.1
-_WIDE = 5.0  # deviations at which another machine begins: too much comes down, too little vanishes
+_WIDE = 5.0  # deviations of what another machine has more
 _OFFSET = "marker_offset"
 """Candidate that the rotor's arm shows. Beyond its tolerance neither the rotor's angle nor what is
 seen of T is straight in it: 20 mm on an arm of 35 mm bend the angle by 0.6 rad each turn."""
@@ -155,6 +153,14 @@ class Fits:
             self._limited[one] = self._hypothesis(one.names, weak, found.x, found.jacobian)
         return self._limited[one]
 
+    def likelier(self, one: Hypothesis) -> Hypothesis:
+        """Return a hypothesis as it is or at a whole model's noise, whichever is likelier.
+
+        Less noise may show the way to a minimum that more of it hid.
+        """
+        weak = self.limited(one)
+        return weak if weak.cost < one.cost else one
+
     def samples(self) -> int:
         """Return how many samples the fitted runs have, of all channels."""
         seen = self._nominal.seen
@@ -250,8 +256,7 @@ class Fits:
             return self.whole(tuple(names), known | self._shown)
         for name in set(names) - set(near.names):
             if self.unlike(name):
-                wide = {p.name: _WIDE * p.deviation for p in self.candidates[name].absent}
-                return self.whole(tuple(names), known | wide, wide)
+                return self._either(tuple(names), known, self.candidates[name])
         estimator, x = self._estimator(near, self._released(names))
         exact = estimator.residuals_of(near.estimator.innovations(near.x, keep=True), x)
         coarse = replace(estimator, defect=np.zeros(0))
@@ -271,6 +276,20 @@ class Fits:
                 break
         assert best is not None
         return self._hypothesis(tuple(names), estimator, best.x, best.jacobian)
+
+    def _either(
+        self, names: tuple[str, ...], known: dict[str, float], added: Candidate
+    ) -> Hypothesis:
+        """Fit another machine from the stated numbers, and with too much of what it has more.
+
+        Strong correction lets a little play vanish, and much may stay where it is.
+        """
+        one = self.likelier(self.whole(names, known))
+        wide = {p.name: _WIDE * p.deviation for p in added.absent}
+        if not wide or self.missing(one) <= 1:
+            return one
+        other = self.likelier(self.whole(names, known | wide, wide))
+        return other if other.cost < one.cost else one
 
     def far(self, names: Collection[str]) -> bool:
         """Return whether candidates have the point taken for T far off T, as the arm shows it."""
@@ -325,7 +344,7 @@ class Fits:
         self, names: tuple[str, ...], estimator: Estimator, x: Array, jacobian: Array
     ) -> Hypothesis:
         found = estimator.innovations(x, keep=True)
-        blocks = tuple(_blocks(one, estimator.system.sample_s) for one in found)
+        blocks = tuple(blocks_of(one, estimator.system.sample_s) for one in found)
         prior = float(np.sum(x[estimator.vector.weighted] ** 2))
         return Hypothesis(names, estimator, x, blocks, prior, jacobian)
 
@@ -363,7 +382,7 @@ class Fits:
         own = np.array([p.scope is Scope.RUN for p in vector.parameters])
         found = minimised(estimator, numbers, own, 3, ROUGH)
         return tuple(
-            _blocks(one, system.sample_s) for one in estimator.innovations(found.x, keep=True)
+            blocks_of(one, system.sample_s) for one in estimator.innovations(found.x, keep=True)
         )
 
 
@@ -374,9 +393,3 @@ def _numbers(vector: ParameterVector, values: Mapping[str, float]) -> Array:
 
 def _turns(system: Hopper, found: Sequence[Innovations]) -> list[Array]:
     return [system.turn_of_top(k, one.qpos) for k, one in enumerate(found)]
-
-
-def _blocks(one: Innovations, sample_s: float) -> Array:
-    costs = soft(counted(one), ROBUST).sum(axis=1) + one.information
-    edges = edges_of(len(costs), sample_s)
-    return np.array([float(costs[a:b].sum()) for a, b in pairwise(edges)])

@@ -1,15 +1,17 @@
-"""A hypothesis as fitted: the base with some candidates released."""
+"""A hypothesis as fitted: the base with some candidates released, and what each second costs it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.fit import Estimator
+from workbench.diagnose.linear import edges_of
+from workbench.fit import ROBUST, Estimator, Innovations, counted, soft
 
-__all__ = ["Hypothesis"]
+__all__ = ["Hypothesis", "blocks_of"]
 
 Array = NDArray[np.float64]
 
@@ -44,3 +46,15 @@ class Hypothesis:
         """Return the value of each parameter by its name."""
         vector = self.estimator.vector
         return {one.name: value for one, value in vector.values(self.x).items()}
+
+
+def blocks_of(one: Innovations, sample_s: float) -> Array:
+    """Return -2 ln L of each second of a run, (b,) [1].
+
+    Args:
+        one: what the observer found.
+        sample_s: from one sample to the next.
+    """
+    costs = soft(counted(one), ROBUST).sum(axis=1) + one.information
+    edges = edges_of(len(costs), sample_s)
+    return np.array([float(costs[a:b].sum()) for a, b in pairwise(edges)])

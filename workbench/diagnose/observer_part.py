@@ -257,7 +257,7 @@ def _weighed(
         return []
     gain = max(base.cost - one.cost for one in found)
     if hidden:
-        found = [fits.weighed(one) for one in found]
+        found = [fits.likelier(fits.weighed(one)) for one in found]
     elif gain > fits.rules.least_gain:
         least = gain - max((1 - fits.rules.near) * gain, fits.rules.least_gain)
         found = [fits.weighed(one) if base.cost - one.cost > least else one for one in found]
