@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -24,7 +23,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.diagnose.linear import Linear, Solved, edges_of
-from workbench.fit import Arm, Hopper, calm, commanded_angle, fit_drive, motor_torque
+from workbench.fit import Arm, Hopper, calm, commanded_angle, fit_drive
 from workbench.sim import EFFECTS
 
 __all__ = ["DRIVE", "DriveFits", "drive_fits"]
@@ -164,7 +163,7 @@ def _columns(
     world = system.world_angle(k)
     seen = world - (turn - turn[0])
     sigma, memory = system.rotor_noise(k)
-    torque = partial(_torque, system, k)
+    torque = system.motor_torque(k)
     motor = fit_drive(times, arm.true_angle(seen) + turn, run.steps, sigma, turn, memory, torque)
     lag, delay = motor.lag, motor.delay
 
@@ -183,7 +182,7 @@ def _columns(
         "speed_scale share": usual,
         "speed_offset offset": commanded_angle(times, on, 1.0, lag, delay),
         "speed_drift rate": _integral(speed * np.maximum(times, 0.0), step),
-        "motor_droop slope": -_integral(_torque(system, k, absolute) * (speed > 0), step),
+        "motor_droop slope": -_integral(torque(absolute) * (speed > 0), step),
         "speed_ripple cos_1": _integral(speed * np.cos(absolute), step),
         "speed_ripple sin_1": _integral(speed * np.sin(absolute), step),
         "speed_ripple cos_2": _integral(speed * np.cos(2 * absolute), step),
@@ -198,10 +197,6 @@ def _columns(
     usual = usual + about - phase
     start = float(np.nanmedian((seen - usual)[: round(_FIRST_S / step)]))
     return seen, usual + start, columns
-
-
-def _torque(system: Hopper, k: int, angle: Array) -> Array:
-    return motor_torque(system.robot.values, system.path_of_top(k), system.sample_s, angle)
 
 
 def _integral(rate: Array, step: float) -> Array:

@@ -14,9 +14,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.drive import DriveFits, drive_fits
-from workbench.diagnose.hypothesis import Hypothesis, blocks_of
+from workbench.diagnose.hypothesis import Hypothesis, blocks_of, by_cost
 from workbench.diagnose.rig import Rig
 from workbench.diagnose.rules import Rules
 from workbench.diagnose.screening import Promise, columns_of, neighbourhood, pairs_without, screened
@@ -158,8 +157,7 @@ class Fits:
 
         Less noise may show the way to a minimum that more of it hid.
         """
-        weak = self.limited(one)
-        return weak if weak.cost < one.cost else one
+        return min(one, self.limited(one), key=by_cost)
 
     def samples(self) -> int:
         """Return how many samples the fitted runs have, of all channels."""
@@ -254,9 +252,10 @@ class Fits:
         known = {name: value for name, value in near.values.items() if name in others}
         if self.far(names) and not self.far(near.names):
             return self.whole(tuple(names), known | self._shown)
-        for name in set(names) - set(near.names):
-            if self.unlike(name):
-                return self._either(tuple(names), known, self.candidates[name])
+        added = [self.candidates[name] for name in names if name not in near.names]
+        if any(one.unlike for one in added):
+            wide = {p.name: _WIDE * p.deviation for one in added if one.unlike for p in one.absent}
+            return self._either(tuple(names), known, wide)
         estimator, x = self._estimator(near, self._released(names))
         exact = estimator.residuals_of(near.estimator.innovations(near.x, keep=True), x)
         coarse = replace(estimator, defect=np.zeros(0))
@@ -278,18 +277,21 @@ class Fits:
         return self._hypothesis(tuple(names), estimator, best.x, best.jacobian)
 
     def _either(
-        self, names: tuple[str, ...], known: dict[str, float], added: Candidate
+        self, names: tuple[str, ...], known: dict[str, float], wide: dict[str, float]
     ) -> Hypothesis:
         """Fit another machine from the stated numbers, and with too much of what it has more.
 
         Strong correction lets a little play vanish, and much may stay where it is.
+
+        Args:
+            names: of its candidates.
+            known: values that are begun with.
+            wide: those of what it has more.
         """
         one = self.likelier(self.whole(names, known))
-        wide = {p.name: _WIDE * p.deviation for p in added.absent}
         if not wide or self.missing(one) <= 1:
             return one
-        other = self.likelier(self.whole(names, known | wide, wide))
-        return other if other.cost < one.cost else one
+        return min(one, self.likelier(self.whole(names, known | wide, wide)), key=by_cost)
 
     def far(self, names: Collection[str]) -> bool:
         """Return whether candidates have the point taken for T far off T, as the arm shows it."""
@@ -316,7 +318,7 @@ class Fits:
         estimator, x = self._estimator(near, self._released(one.names))
         found = minimised(estimator, x, most=_STEPS, near=ROUGH)
         other = self._hypothesis(one.names, estimator, found.x, found.jacobian)
-        return other if other.cost < one.cost else one
+        return min(one, other, key=by_cost)
 
     def _released(self, names: Sequence[str]) -> list[Parameter]:
         """Return the parameters of a hypothesis; those that are released have no prior."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from workbench.diagnose.linear import edges_of
 from workbench.fit import ROBUST, Estimator, Innovations, counted, soft
 
-__all__ = ["Hypothesis", "blocks_of"]
+__all__ = ["Hypothesis", "blocks_of", "by_cost"]
 
 Array = NDArray[np.float64]
 
@@ -46,6 +46,11 @@ class Hypothesis:
         """Return the value of each parameter by its name."""
         vector = self.estimator.vector
         return {one.name: value for one, value in vector.values(self.x).items()}
+
+
+def by_cost(one: Hypothesis) -> float:
+    """Return what the likelier of two hypotheses has less of."""
+    return one.cost
 
 
 def blocks_of(one: Innovations, sample_s: float) -> Array:

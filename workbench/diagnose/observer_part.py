@@ -12,7 +12,7 @@ from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.decide import Part, Scored, chosen, comparable, decide, versus
 from workbench.diagnose.findings import Cause, EstimatedQuantity, Refit, quantity_of
 from workbench.diagnose.fits import Fits
-from workbench.diagnose.hypothesis import Hypothesis
+from workbench.diagnose.hypothesis import Hypothesis, by_cost
 from workbench.diagnose.linear import beyond
 from workbench.diagnose.screening import Promise
 from workbench.diagnose.wording import together
@@ -95,15 +95,15 @@ def _from_best(
 ) -> tuple[Hypothesis, list[Hypothesis]]:
     """Return the base and what was tried; with hops, all within the best fitted from there as well.
 
-    Else a gain may be a minimum that was found by chance, and no cause: two hops of a null gained
-    511 by two causes, of which the base alone gains as much from the same start.
+    Else a gain may be a minimum that was found by chance, and no cause: of 511 that two causes
+    gained in a null, the base alone gained 209 from where they ended.
 
     Args:
         fits: of the runs.
         base: without causes.
         tried: with one cause or two.
     """
-    best = min(tried, key=_by_cost, default=base)
+    best = min(tried, key=by_cost, default=base)
     if not fits.landing or base.cost - best.cost < fits.rules.least_gain:
         return base, list(tried)
     fits.progress(f"fit the others from where {together(best.names)} ended")
@@ -209,7 +209,7 @@ def _again(
         if promised.gain < least or base.cost - one.cost > fits.rules.near * promised.gain:
             continue
         fits.progress(f"fit {promised.name} from a far start")
-        found[number] = min(one, fits.whole(one.names, base.values), key=_by_cost)
+        found[number] = min(one, fits.whole(one.names, base.values), key=by_cost)
         if fits.missing(found[number]) <= 1:
             break
     return found
@@ -235,11 +235,7 @@ def _firm(fits: Fits, base: Hypothesis, singles: Sequence[Hypothesis]) -> list[H
         return list(singles)
     fits.progress(f"fit {together(leader.names)} from a far start")
     again = fits.whole(leader.names, leader.values)
-    return sorted([again, *singles[1:]] if again.cost < leader.cost else singles, key=_by_cost)
-
-
-def _by_cost(one: Hypothesis) -> float:
-    return one.cost
+    return sorted([again, *singles[1:]] if again.cost < leader.cost else singles, key=by_cost)
 
 
 def _weighed(
@@ -261,7 +257,7 @@ def _weighed(
     elif gain > fits.rules.least_gain:
         least = gain - max((1 - fits.rules.near) * gain, fits.rules.least_gain)
         found = [fits.weighed(one) if base.cost - one.cost > least else one for one in found]
-    return sorted(found, key=_by_cost)
+    return sorted(found, key=by_cost)
 
 
 def _prior(one: Hypothesis) -> float:
@@ -275,21 +271,16 @@ def _cost(one: Hypothesis) -> float:
 
 
 def _scored(fits: Fits, one: Hypothesis) -> Scored:
-    found, missing = _weighed_as(fits, one), partial(fits.missing, one)
-
-    def limited() -> Scored:
-        return replace(_weighed_as(fits, fits.limited(one)), misses=missing)
-
-    return replace(found, misses=missing, again=limited)
+    return replace(_at(fits, one, one), again=lambda: _at(fits, one, fits.limited(one)))
 
 
-def _weighed_as(fits: Fits, one: Hypothesis) -> Scored:
-    """Return a hypothesis at its own process noise."""
-    blocks = np.concatenate(one.blocks)
-    names = one.estimator.system.names
-    by_run = {name: float(run.sum()) for name, run in zip(names, one.blocks, strict=True)}
+def _at(fits: Fits, one: Hypothesis, at: Hypothesis) -> Scored:
+    """Return a hypothesis as it was fitted at some process noise; what it misses stays its own."""
+    names = at.estimator.system.names
+    by_run = {name: float(run.sum()) for name, run in zip(names, at.blocks, strict=True)}
     return Scored(
-        one.names, _prior(one), blocks, fits.judged(one), lambda: 0.0, by_run,
+        one.names, _prior(at), np.concatenate(at.blocks), fits.judged(at),
+        partial(fits.missing, one), by_run,
         frozenset(name for name in one.names if fits.frees(name)), fits.numbers(one.names),
         fits.shared(one.names),
     )  # fmt: skip

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from workbench.fit.arm import Arm, arm_of
 from workbench.fit.correction import LONGEST
-from workbench.fit.drive import calm, commanded_angle, fit_drive, motor_torque
+from workbench.fit.drive import calm, commanded_angle, fit_drive
 from workbench.fit.estimation import estimate
 from workbench.fit.estimator import NEAREST, ROBUST, Estimator, counted, reaches
 from workbench.fit.fitting import Fit, fit_near, fit_system, minimised, refined, settled

@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-__all__ = ["DriveFit", "calm", "commanded_angle", "fit_drive", "motor_torque"]
+__all__ = ["DriveFit", "Torque", "calm", "commanded_angle", "fit_drive", "motor_torque"]
 
 Array = NDArray[np.float64]
 Steps = Sequence[tuple[float, float]]
@@ -32,7 +32,7 @@ _BENT = 0.03  # root mean square of what follows the turns and is not straight i
 _PASSES = 5  # of lag, smooth rest and ripple, each without the others; more change nothing
 _SLOPE = 1000.0  # [rad/s per N m] of a column; its size is found
 _ACCELERATION_S = 0.15  # over which T's acceleration is taken
-_CHANCE = 8.0  # of -2 ln L: what four numbers gain by chance in one of 300 runs
+_CHANCE = 8.0  # of -2 ln L: what one number gains by chance in one of 200 runs
 _RIPPLES = (0.0, *np.geomspace(1.0, 300.0, 6))  # widths of a ripple's prior, by the noise
 _STRENGTHS = np.geomspace(1e-2, 1e11, 53)  # a stronger one is straight over 10 s, and singular
 
@@ -170,14 +170,13 @@ def _within_turns(times: Array, usual: Array, angle: Array, torque: Torque | Non
     return np.asarray(across[:, sizes > _BENT * np.sqrt(len(angle))])
 
 
-def motor_torque(values: Mapping[str, float], path: Array, step: float, angle: Array) -> Array:
-    """Return the motor's torque, (n,) [N m]: weight and inertia of the rotor about T.
+def motor_torque(values: Mapping[str, float], path: Array, step: float) -> Torque:
+    """Return the motor's torque by the rotor's angle: weight and inertia of the rotor about T.
 
     Args:
         values: numbers of the model.
         path: (n, 2) of T, forward and up [m], NaN where not seen.
         step: from one sample to the next [s].
-        angle: (n,) of the rotor in the world [rad].
     """
     index = np.arange(len(path))
     filled = np.column_stack(
@@ -186,11 +185,15 @@ def motor_torque(values: Mapping[str, float], path: Array, step: float, angle: A
     filled = scipy.ndimage.median_filter(filled, (3, 1), mode="nearest")  # single glitches
     width = 2 * round(_ACCELERATION_S / step / 2) + 1
     x, z = scipy.signal.savgol_filter(filled, width, 3, deriv=2, delta=step, axis=0).T
-    turning = scipy.signal.savgol_filter(angle, width, 3, deriv=2, delta=step)
     mass, arm, radius = values["rotor_mass"], values["rotor_arm_mass"], values["rotor_radius"]
     lever = (mass + arm / 2) * radius
-    across = -x * np.sin(angle) - (z + values["gravity"]) * np.cos(angle)
-    return np.asarray(lever * across + (mass + arm / 3) * radius**2 * turning)
+
+    def torque(angle: Array) -> Array:
+        turning = scipy.signal.savgol_filter(angle, width, 3, deriv=2, delta=step)
+        across = -x * np.sin(angle) - (z + values["gravity"]) * np.cos(angle)
+        return np.asarray(lever * across + (mass + arm / 3) * radius**2 * turning)
+
+    return torque
 
 
 def _smoothed(left: Array, turning: Array, sigma: float, memory: float) -> tuple[Array, Array]:
@@ -237,14 +240,15 @@ def _smoothed(left: Array, turning: Array, sigma: float, memory: float) -> tuple
         rest = goal.T @ (every - smooth)  # of the remainder and of each turning, whitened
         shown, ways = np.linalg.eigh(rest[1:, 1:])
         along, stiff = ways.T @ rest[1:, 0], strength * rough
+        stiffness, bends = float(np.sum(np.log1p(1 / stiff))), float(np.sum(1 / (1 + stiff)))
         for wide in _RIPPLES:
             known = wide**2 / (1 + wide**2 * shown)
             power = float(rest[0, 0] - along @ (known * along))
-            score = len(rough) * np.log(power) + float(np.sum(np.log1p(1 / stiff)))
+            score = len(rough) * np.log(power) + stiffness
             score += float(np.sum(np.log1p(wide**2 * shown)))
-            freedom = float(np.sum(1 / (1 + stiff)) + np.sum(known * shown))
-            ripple = ways @ (known * along)
-            tried.append((score, freedom, smooth[:, 0] - smooth[:, 1:] @ ripple, turning @ ripple))
+            freedom = bends + float(np.sum(known * shown))
+            tried.append((score, freedom, smooth, ways @ (known * along)))
     least = min(score for score, *_ in tried)
     likely = (one for one in tried if one[0] < least + _CHANCE)
-    return min(likely, key=lambda one: one[1])[2:]
+    _, _, smooth, share = min(likely, key=lambda one: one[1])
+    return smooth[:, 0] - smooth[:, 1:] @ share, turning @ share

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from types import MappingProxyType
 
 import mujoco
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError
 from workbench.fit.arm import arm_of
-from workbench.fit.drive import fit_drive, motor_torque
+from workbench.fit.drive import Torque, fit_drive, motor_torque
 from workbench.fit.gain import Modes
 from workbench.fit.measured import MeasuredRun
 from workbench.fit.noise import Coloured, coloured_noise
@@ -343,17 +342,17 @@ class Hopper:
         angle, turn = self.world_angle(run), self.turn_of_top(run, qpos)
         arm = arm_of(self, [turn if k == run else None for k in range(len(self.runs))])
         sigma, memory = self.rotor_noise(run)
-        path, values = self.path_of_top(run), self.robot.values
-        torque = partial(motor_torque, values, path, self.sample_s)
         bent = arm.bends(sigma)
         angle = arm.true_angle(angle - turn) + turn if bent else angle
+        torque = self.motor_torque(run)
         fit = fit_drive(self.times(run), angle, one.steps, sigma, turn, memory, torque)
         return arm.seen_angle(fit.angle) if bent else fit.angle
 
-    def path_of_top(self, run: int) -> Array:
-        """Return where T was seen, forward and up, (n, 2) [m]; NaN where it was not."""
+    def motor_torque(self, run: int) -> Torque:
+        """Return the torque of a run's motor by the rotor's angle, from where T was seen."""
         places = self.channels_of(run)
-        return self.seen(run)[:, [places.index(TOP[0]), places.index(TOP[2])]]
+        path = self.seen(run)[:, [places.index(TOP[0]), places.index(TOP[2])]]
+        return motor_torque(self.robot.values, path, self.sample_s)
 
     def rotor_noise(self, run: int) -> Coloured:
         """Return the noise of the rotor's angle."""
