@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import scipy
 
-from workbench.diagnose.decide import Scored, decide, versus
+from workbench.diagnose.decide import Kind, Scored, both, decide, versus
 from workbench.diagnose.rules import RULES
 
 SECONDS, SAMPLES = 40, 9600
@@ -48,6 +48,18 @@ def test_two_causes_that_explain_the_same_are_a_set() -> None:
 def test_what_runs_held_out_refuse_is_not_named() -> None:
     found = decide(BASE, [scored("a", gain=800, held=-50)], SAMPLES, RULES)
     assert (found.kind, found.best.names) == ("NONE", ())
+
+
+def test_what_explains_all_that_is_missing_is_held_to_what_may_be_there() -> None:
+    """That something is missing is known then; seconds of large motion alone can show it."""
+    tried = scored("a", gain=800, held=-3)  # in each of two runs
+    scattered = scored("a", gain=800, scatter=85.0)
+    assert RULES.apart < versus(scattered, BASE).sure < RULES.sure
+    for one in (tried, scattered):
+        assert decide(BASE, [one], SAMPLES, RULES).kind == "NAMED"
+        part = replace(one, misses=lambda: 3.0)
+        assert decide(BASE, [part], SAMPLES, RULES).kind == "NONE"
+        assert decide(scored(scatter=0.0), [one], SAMPLES, RULES).kind != "NAMED"
 
 
 def test_a_gain_of_one_second_alone_is_no_cause() -> None:
@@ -220,3 +232,21 @@ def test_what_explains_all_is_not_hidden_by_the_noise_that_the_base_asks_for(
     found = decide(base, [hidden], SAMPLES, RULES)
     assert found.kind == kind
     assert found.missing == (lack if kind == "NAMED" else 5)
+
+
+@pytest.mark.parametrize(
+    ("robot", "drive", "answer"),
+    [
+        ("CLEAN", "CLEAN", "CLEAN"),
+        ("NAMED", "CLEAN", "NAMED"),
+        ("NAMED", "SET", "SET"),
+        ("NONE", "CLEAN", "NONE"),
+        ("NONE", "NAMED", "PARTIAL"),
+        ("NONE", "SET", "PARTIAL"),
+        ("PARTIAL", "SET", "PARTIAL"),
+    ],
+)
+def test_what_is_left_in_robot_or_drive_makes_the_answer_partial(
+    robot: Kind, drive: Kind, answer: Kind
+) -> None:
+    assert both({robot, drive}) == both({drive, robot}) == answer

@@ -10,6 +10,7 @@ same seconds prefer it to every other; those that are not behind are a set with 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 from workbench.diagnose.rules import Rules
 from workbench.diagnose.wording import together
 
-__all__ = ["Kind", "Part", "Scored", "Versus", "chosen", "comparable", "decide", "versus"]
+__all__ = ["Kind", "Part", "Scored", "Versus", "both", "chosen", "comparable", "decide", "versus"]
 
 Array = NDArray[np.float64]
 Kind = Literal["NAMED", "SET", "PARTIAL", "NONE", "CLEAN", "DATA_FAULT"]
@@ -190,6 +191,18 @@ def decide(
     return Part(kind, best, alike, best.missing, explained, reason, compared)
 
 
+def both(kinds: AbstractSet[Kind]) -> Kind:
+    """Return one answer of what robot and drive say each by itself.
+
+    Where one of them has something left, the answer is partial, however sure the other is.
+    """
+    if kinds & {"PARTIAL", "NONE"}:
+        return "PARTIAL" if kinds - {"NONE", "CLEAN"} else "NONE"
+    if "SET" in kinds:
+        return "SET"
+    return "NAMED" if "NAMED" in kinds else "CLEAN"
+
+
 def comparable(
     base: Scored, tried: Sequence[Scored], rules: Rules, repeats: float = 1.0
 ) -> tuple[Scored, list[Scored]]:
@@ -268,18 +281,20 @@ def _holds(one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: fl
 
     A number beyond its tolerance is of a practical size. What speaks for it is its prior where
     others can do the same to the motion only far beyond theirs; runs held out add nothing to that.
+    Where something is missing, and nothing is with the hypothesis, there is a cause. It is held to
+    what may be there: that its gain is no chance of a few seconds, and that no run refuses it.
     """
     found = versus(one, simpler, repeats)
     numbers = max(one.numbers - (simpler.numbers if simpler.names else 0), 1)
+    allowed = found.held > -rules.suspected
     if set(one.names) - set(simpler.names) <= one.frees:
-        spoken = found.gain > rules.no_chance(numbers) and found.held > -rules.suspected
-        return spoken and found.sure > rules.sure
-    return (
-        found.gain > rules.practical(samples / repeats, numbers)
-        and found.sure > rules.sure
-        and found.held > 0
-        and found.runs >= rules.agree
-    )
+        return found.gain > rules.no_chance(numbers) and allowed and found.sure > rules.sure
+    if found.gain <= rules.practical(samples / repeats, numbers):
+        return False
+    confirmed = found.held > 0 and found.runs >= rules.agree
+    if found.sure > rules.sure and confirmed:
+        return True
+    return found.sure > rules.apart and allowed and simpler.missing > 1 >= one.missing
 
 
 def _matters(one: Scored, best: Scored, base: Scored, rules: Rules, repeats: float) -> bool:

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.diagnose.confidence import Confidence, confidence_in
-from workbench.diagnose.decide import Kind, Part, versus
+from workbench.diagnose.decide import Kind, Part, both, versus
 from workbench.diagnose.drive_part import drive_part
 from workbench.diagnose.findings import Alternative, Cause, Refit
 from workbench.diagnose.fits import Fits
@@ -268,17 +268,9 @@ def _taken(parts: Mapping[str, Part]) -> set[str]:
 
 def _together(parts: Mapping[str, Part]) -> tuple[Kind, str]:
     """Return one answer of what robot and drive say each by itself."""
-    kinds = {part.kind for part in parts.values()}
     one = len(parts) == 1
     reasons = [part.reason if one else f"{name}: {part.reason}" for name, part in parts.items()]
-    reason = "; ".join(reasons)
-    order: tuple[Kind, ...] = ("SET", "PARTIAL")
-    for kind in order:
-        if kind in kinds:
-            return kind, reason
-    if "NAMED" in kinds:
-        return ("PARTIAL" if "NONE" in kinds else "NAMED"), reason
-    return ("NONE" if "NONE" in kinds else "CLEAN"), reason
+    return both({part.kind for part in parts.values()}), "; ".join(reasons)
 
 
 def _alternatives(fits: Fits, parts: Mapping[str, Part]) -> tuple[Alternative, ...]:
