@@ -57,7 +57,7 @@ def test_what_explains_all_that_is_missing_is_held_to_what_may_be_there() -> Non
     assert RULES.apart < versus(scattered, BASE).sure < RULES.sure
     for one in (tried, scattered):
         assert decide(BASE, [one], SAMPLES, RULES).kind == "NAMED"
-        part = replace(one, misses=lambda: 3.0)
+        part = replace(one, misses=lambda: 5.0)
         assert decide(BASE, [part], SAMPLES, RULES).kind == "NONE"
         assert decide(scored(scatter=0.0), [one], SAMPLES, RULES).kind != "NAMED"
 

@@ -172,7 +172,7 @@ def decide(
     words, explained = together(best.names), _explained(best, base)
     alone = _influential_run(best, base, rules, repeats)
     kind: Kind
-    if best.missing > 1 and explained < rules.explained:
+    if not _leaves_little(best, base, rules):
         which = words if len(alike) == 1 else f"{words} or another like it"
         left = f"{100 * explained:.0f} % of what the model misses, not the rest"
         kind, reason = "PARTIAL", f"{which} explains {left}"
@@ -209,8 +209,8 @@ def comparable(
     """Return the base and what was tried, as they are to be compared.
 
     Process noise that a base asks for follows whatever it misses, and a cause of that gains little
-    beside it. So where something is missing, and a cause that gains about as much as any leaves no
-    more than a whole model may, all are compared at the process noise of a whole model.
+    beside it. So where something is missing, and a cause that gains about as much as any leaves
+    little of it, all are compared at the process noise of a whole model.
 
     Args:
         base: without causes.
@@ -221,7 +221,7 @@ def comparable(
     gains = {one.names: versus(one, base, repeats).gain for one in tried}
     most = max(gains.values(), default=0.0)
     leading = [one for one in tried if gains[one.names] > max(rules.near * most, rules.least_gain)]
-    if base.missing <= 1 or all(one.missing > 1 for one in leading):
+    if base.missing <= 1 or not any(_leaves_little(one, base, rules) for one in leading):
         return base, list(tried)
     return base.limited, [one.limited for one in tried]
 
@@ -276,13 +276,18 @@ def _explained(one: Scored, base: Scored) -> float:
     return 1 - one.missing / base.missing if base.missing > one.missing else 0.0
 
 
+def _leaves_little(one: Scored, simpler: Scored, rules: Rules) -> bool:
+    """Return whether a hypothesis leaves what a whole model may miss, or explains most of it."""
+    return one.missing <= 1 or _explained(one, simpler) >= rules.explained
+
+
 def _holds(one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: float) -> bool:
     """Return whether a hypothesis is more than chance, of a practical size, sure and confirmed.
 
     A number beyond its tolerance is of a practical size. What speaks for it is its prior where
     others can do the same to the motion only far beyond theirs; runs held out add nothing to that.
-    Where something is missing, and nothing is with the hypothesis, there is a cause. It is held to
-    what may be there: that its gain is no chance of a few seconds, and that no run refuses it.
+    Where something is missing, of which the hypothesis leaves little, there is a cause. It is held
+    to what may be there: that its gain is no chance of a few seconds, and that no run refuses it.
     """
     found = versus(one, simpler, repeats)
     numbers = max(one.numbers - (simpler.numbers if simpler.names else 0), 1)
@@ -294,7 +299,9 @@ def _holds(one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: fl
     confirmed = found.held > 0 and found.runs >= rules.agree
     if found.sure > rules.sure and confirmed:
         return True
-    return found.sure > rules.apart and allowed and simpler.missing > 1 >= one.missing
+    if found.sure < rules.apart or not allowed or simpler.missing <= 1:
+        return False
+    return _leaves_little(one, simpler, rules)
 
 
 def _matters(one: Scored, best: Scored, base: Scored, rules: Rules, repeats: float) -> bool:

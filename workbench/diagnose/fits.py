@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.drive import DriveFits, drive_fits
+from workbench.diagnose.held_out import shared_numbers, unseen
 from workbench.diagnose.hypothesis import Hypothesis, blocks_of, by_cost
 from workbench.diagnose.rig import Rig
 from workbench.diagnose.rules import Rules
@@ -29,7 +30,6 @@ from workbench.fit import (
     Minimum,
     Parameter,
     ParameterVector,
-    Scope,
     System,
     arm_of,
     fit_system,
@@ -365,27 +365,22 @@ class Fits:
         return found[0], found[-1]
 
     def judged(self, one: Hypothesis) -> tuple[Array, ...]:
-        """Return -2 ln L of each second, (b,) [1], of each run held out, its own numbers fitted."""
+        """Return -2 ln p of each second, (b,) [1], of each run held out, given those fitted."""
         if one not in self._judged:
-            self._judged[one] = self._unseen(one) if self.held else ()
+            self._judged[one] = unseen(one, self._unseen(one)) if self.held else ()
         return self._judged[one]
 
-    def _unseen(self, one: Hypothesis) -> tuple[Array, ...]:
-        fitted = one.estimator
-        shared = [p for p in fitted.vector.parameters if p.scope is not Scope.RUN]
+    def _unseen(self, one: Hypothesis) -> Estimator:
+        """Return the estimator of the runs held out, their inputs made by the first that asks."""
         before = self._held.get(self.far(one.names))
         like, masks = (None, ()) if before is None else (before.system, before.masks)
-        system = self.rig.system(self.held, shared, like)
+        system = self.rig.system(self.held, shared_numbers(one), like)
         vector = ParameterVector(system.parameters)
-        numbers = _numbers(vector, one.values)
-        estimator = Estimator.of(system, vector, fitted.noise, masks, self.threads)
+        estimator = Estimator.of(system, vector, one.estimator.noise, masks, self.threads)
         if before is None:
-            estimator = self._held[self.far(one.names)] = refined(estimator, numbers)
-        own = np.array([p.scope is Scope.RUN for p in vector.parameters])
-        found = minimised(estimator, numbers, own, 3, ROUGH)
-        return tuple(
-            blocks_of(one, system.sample_s) for one in estimator.innovations(found.x, keep=True)
-        )
+            estimator = refined(estimator, _numbers(vector, one.values))
+            self._held[self.far(one.names)] = estimator
+        return estimator
 
 
 def _numbers(vector: ParameterVector, values: Mapping[str, float]) -> Array:

@@ -1,0 +1,92 @@
+"""How likely runs are that no fit has seen, given those that were fitted.
+
+    p(unseen | fitted) = integral of p(unseen | theta) p(theta | fitted) d theta
+
+By Laplace's method, with P the precision of theta after the fit, J the derivatives of the unseen
+runs' whitened innovations and t where the integrand is greatest:
+
+    -2 ln p = -2 ln L(t) + (t - found)' P (t - found) + ln det(P + J'J) - ln det P
+
+(MacKay, Neural Computation 4, 1992, 415). What each run has of its own has its prior for P. Judged
+at the numbers that were found alone, a hypothesis pays for what the fitted runs left open: near a
+resonance a tilt that was there lost 28 to a base that made up for it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.diagnose.hypothesis import Hypothesis, blocks_of
+from workbench.fit import (
+    NEAREST,
+    ROBUST,
+    ROUGH,
+    Estimator,
+    Parameter,
+    Scope,
+    minimum,
+    reaches,
+    soft,
+)
+
+__all__ = ["shared_numbers", "unseen"]
+
+Array = NDArray[np.float64]
+
+_STEPS = 4  # evaluations; what is unseen moves the numbers by little
+_FLAT = 1e-4  # precision of what the fitted runs do not feel [1 / prior deviation^2]
+
+
+def unseen(one: Hypothesis, estimator: Estimator) -> tuple[Array, ...]:
+    """Return -2 ln p of each second, (b,) [1], of each run of an estimator.
+
+    What the numbers themselves cost is spread evenly over the seconds.
+
+    Args:
+        one: a hypothesis as fitted.
+        estimator: of runs that it has not seen, with its process noise.
+    """
+    vector, values = estimator.vector, one.values
+    start = np.array([p.number(values.get(p.name, p.nominal)) for p in vector.parameters])
+    precision, steps = _posterior(one, vector.parameters)
+    root = np.asarray(np.linalg.cholesky(precision).T, dtype=np.float64)
+    rows, cheap = estimator.edges[-2], estimator.near(start)
+    found = minimum(
+        lambda x: np.concatenate([cheap.residuals(x)[:rows], root @ (x - start)]),
+        lambda x: np.concatenate([estimator.jacobian(x, None, steps)[:rows], root]),
+        start, vector.bounds, ROBUST, _STEPS, ROUGH,
+    )  # fmt: skip
+    moved = float(np.sum(soft(root @ (found.x - start), ROBUST)))
+    spread = _log_det(found.jacobian.T @ found.jacobian) - _log_det(precision)
+    runs = estimator.innovations(found.x, keep=True)
+    blocks = [blocks_of(run, estimator.system.sample_s) for run in runs]
+    each = (moved + spread) / sum(len(run) for run in blocks)
+    return tuple(run + each for run in blocks)
+
+
+def shared_numbers(one: Hypothesis) -> list[Parameter]:
+    """Return the parameters of a hypothesis that are no single run's."""
+    return [p for p in one.estimator.vector.parameters if p.scope is not Scope.RUN]
+
+
+def _posterior(one: Hypothesis, parameters: tuple[Parameter, ...]) -> tuple[Array, Array]:
+    """Return the precision of numbers after a fit, (p, p), and how far to move them, (p,) [1]."""
+    fitted, jacobian = one.estimator.vector.parameters, one.jacobian
+    own = np.array([p.scope is Scope.RUN for p in fitted])
+    normal = jacobian.T @ jacobian
+    across = normal[np.ix_(~own, own)]
+    taken = across @ np.linalg.pinv(normal[np.ix_(own, own)]) @ across.T  # by each run's own
+    known = normal[np.ix_(~own, ~own)] - taken
+    far = reaches(jacobian)
+    names = [p.name for p in fitted if p.scope is not Scope.RUN]
+    places = [k for k, p in enumerate(parameters) if p.name in names]
+    order = [names.index(parameters[k].name) for k in places]
+    precision, steps = np.eye(len(parameters)), np.full(len(parameters), NEAREST)
+    precision[np.ix_(places, places)] = known[np.ix_(order, order)] + _FLAT * np.eye(len(order))
+    steps[places] = far[~own][order]
+    return precision, steps
+
+
+def _log_det(matrix: Array) -> float:
+    return float(np.linalg.slogdet(matrix)[1])
