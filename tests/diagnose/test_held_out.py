@@ -1,0 +1,31 @@
+"""Runs held out are judged by how likely they are, given those that were fitted."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.diagnose.hidden import DOCUMENT, SHAPE, Asked, runs_of, truth
+from workbench.diagnose import HopperRig
+from workbench.diagnose.fits import Fits
+
+ASKED = (Asked("decay", 0.1, 2.0), Asked("decay", 0.15, 2.0))
+LAST = Asked("decay", 0.9, 3.0, "held_out")
+
+
+def log_det(jacobian: NDArray[np.float64]) -> float:
+    return float(np.linalg.slogdet(jacobian.T @ jacobian)[1])
+
+
+def test_what_is_unseen_costs_what_it_adds_to_a_fit_of_all() -> None:
+    robot = truth(6, {}, off=0.15)  # stiffness and damping are learnt from the runs
+    rig = HopperRig(runs_of(robot, 5, (*ASKED, LAST)), DOCUMENT, SHAPE)
+    every = HopperRig(runs_of(robot, 5, (*ASKED, LAST._replace(role="train"))), DOCUMENT, SHAPE)
+    fits, whole = Fits(rig, threads=1), Fits(every, threads=1)
+    one = fits.base()
+    both = whole.whole((), one.values)
+    assert both.estimator.noise == one.estimator.noise
+    added = both.cost + log_det(both.jacobian) - one.cost - log_det(one.jacobian)
+    (held,) = fits.judged(one)
+    assert float(held.sum()) == pytest.approx(added, abs=1.5)
