@@ -5,9 +5,10 @@ robot as one; `mechanism` is any MJCF with a rig file (`mechanism_causes` its ca
 `mechanism_names`, `mechanism_table`, `mechanism_runs` and `mechanism_files` read the file).
 `candidates` lists what may be other than the robot's model says. `fits` fits hypotheses by the
 observer of `workbench.fit`, `linear` says what each candidate promises beside a fit, `drive` judges
-the motor by the rotor's angle alone. `decide` turns them into an answer, by the numbers in `rules`;
-`observer_part` and `drive_part` call it, `findings` is what an answer lists. `extension` writes the
-model, `validate` judges the file by runs held out.
+the motor by the rotor's angle alone, `held_out` says how likely runs are that no fit has seen.
+`decide` turns them into an answer, by the numbers in `rules`; `observer_part` and `drive_part` call
+it, `findings` is what an answer lists. `extension` writes the model, `validate` judges the file by
+runs held out.
 
 Before any fit `soundness` leaves out runs that are not what they are said to be: `hopper_faults`
 puts `drive_faults`, `body_faults` and `release_faults` together, `onset` says when something
