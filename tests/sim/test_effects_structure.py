@@ -159,6 +159,15 @@ def test_a_joint_that_rests_at_the_edge_of_its_play_is_at_rest(robot: Robot) -> 
     assert here == pytest.approx(static_stiffness(model, data, free), rel=1e-3, abs=1e-3)
 
 
+def test_a_joint_that_leaves_the_edge_of_its_play_inwards_finds_the_other(robot: Robot) -> None:
+    """A hair within the edge its spring does not push back; found with a robot of the bank."""
+    own = replace(
+        robot, increments=32, values={**robot.values, "rotor_radius": 0.03505778267216107}
+    )
+    _, data = settle(applied(with_effect(own, "root_play", gap=0.005)), "fixed", 1.6441901416936016)
+    assert data.qpos[0] - own.angles[0] < -0.005, "it leans the way that its weight pulls it"
+
+
 @pytest.mark.parametrize("amplitude", [0.011, 0.02, 0.1])
 def test_play_lowers_the_frequency_at_small_amplitude(amplitude: float) -> None:
     """In closed form: half a free swing on either side, the gap crossed at the speed between."""

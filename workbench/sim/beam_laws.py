@@ -71,17 +71,19 @@ def within_play(model: mujoco.MjModel, data: mujoco.MjData) -> bool:
     return _beyond(model, data)[1] < 0
 
 
-def leave_edge(model: mujoco.MjModel, data: mujoco.MjData, by: float) -> None:
+def leave_edge(model: mujoco.MjModel, data: mujoco.MjData, by: float, within: bool = False) -> None:
     """Turn a foot joint that is at the edge of its play outwards, where its spring holds it.
 
     Args:
         model: of the robot.
         data: whose pose may change.
         by: how close to the edge it may be left [rad].
+        within: turn it inwards, where no spring does.
     """
     joint, beyond = _beyond(model, data)
     if abs(beyond) < by:
-        data.qpos[joint] += np.sign(data.qpos[joint] - model.qpos_spring[joint]) * (by - beyond)
+        outwards = np.sign(data.qpos[joint] - model.qpos_spring[joint])
+        data.qpos[joint] += outwards * ((-by if within else by) - beyond)
 
 
 def _beyond(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[int, float]:

@@ -93,6 +93,8 @@ def settle(
         if np.abs(force).max() < _BALANCED:
             break
         leaving = within_play(model, data)
+        if leaving:  # a hair within the edge its spring does not push back either
+            stiffness = static_stiffness(model, data, free, chain=chain, within=True)
         displace(model, data, free, _bounded(_towards_rest(stiffness, force, leaving)))
         stiffness = static_stiffness(model, data, free, chain=chain)
         force = static_force(model, data)[free]

@@ -60,6 +60,7 @@ def static_stiffness(
     dofs: NDArray[np.int_],
     rotor_keeps: RotorKeeps = "world",
     chain: PlanarChain | None = None,
+    within: bool = False,
 ) -> NDArray[np.float64]:
     """Return minus the static force's derivative, (n, n) [N/m, N m/rad], by central differences.
 
@@ -73,11 +74,12 @@ def static_stiffness(
         dofs: (n,) degrees of freedom of force and displacement.
         rotor_keeps: frame in which the rotor keeps its angle.
         chain: the model's planar chain where it has one; twice as fast.
+        within: at that edge the foot joint is taken to be within its play.
     """
     top, directions = model.body("top").id, _directions(model, dofs, rotor_keeps)
     data.qvel[:] = 0
     pose = data.qpos.copy()
-    leave_edge(model, data, 2 * _DIFFERENCE)
+    leave_edge(model, data, 2 * _DIFFERENCE, within)
     if chain is not None:
         index = {int(dof): i for i, dof in enumerate(chain.dofs)}
         found = stiffness_of_chain(
