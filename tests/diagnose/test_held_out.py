@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from tests.diagnose.hidden import DOCUMENT, SHAPE, Asked, runs_of, truth
 from workbench.diagnose import HopperRig
 from workbench.diagnose.fits import Fits
+from workbench.diagnose.held_out import shared_numbers, unseen
+from workbench.fit import Estimator, ParameterVector
 
 ASKED = (Asked("decay", 0.1, 2.0), Asked("decay", 0.15, 2.0))
 LAST = Asked("decay", 0.9, 3.0, "held_out")
@@ -27,5 +29,7 @@ def test_what_is_unseen_costs_what_it_adds_to_a_fit_of_all() -> None:
     both = whole.whole((), one.values)
     assert both.estimator.noise == one.estimator.noise
     added = both.cost + log_det(both.jacobian) - one.cost - log_det(one.jacobian)
-    (held,) = fits.judged(one)
+    system = rig.system([2], shared_numbers(one))
+    last = Estimator.of(system, ParameterVector(system.parameters), one.estimator.noise, threads=1)
+    (held,) = unseen(one, last)
     assert float(held.sum()) == pytest.approx(added, abs=1.5)

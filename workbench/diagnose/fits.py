@@ -141,8 +141,7 @@ class Fits:
 
     def limited(self, one: Hypothesis) -> Hypothesis:
         """Return a hypothesis fitted again at the process noise that a whole model may have."""
-        estimator, strong = one.estimator, one.estimator.system.strong
-        most = {group: self.rules.noise_share * q for group, q in strong.items()}
+        estimator, most = one.estimator, self._whole(one)
         whole = {group: min(q, most[group]) for group, q in estimator.noise.items()}
         if whole == estimator.noise:
             return one
@@ -151,6 +150,11 @@ class Fits:
             found = minimised(weak, one.x, None, _STEPS, ROUGH, one.jacobian, known=False)
             self._limited[one] = self._hypothesis(one.names, weak, found.x, found.jacobian)
         return self._limited[one]
+
+    def _whole(self, one: Hypothesis) -> dict[str, float]:
+        """Return the process noise that a whole model may have, by group of joints."""
+        strong = one.estimator.system.strong
+        return {group: self.rules.noise_share * q for group, q in strong.items()}
 
     def likelier(self, one: Hypothesis) -> Hypothesis:
         """Return a hypothesis as it is or at a whole model's noise, whichever is likelier.
@@ -376,7 +380,9 @@ class Fits:
         like, masks = (None, ()) if before is None else (before.system, before.masks)
         system = self.rig.system(self.held, shared_numbers(one), like)
         vector = ParameterVector(system.parameters)
-        estimator = Estimator.of(system, vector, one.estimator.noise, masks, self.threads)
+        whole = self._whole(one)
+        noise = {group: max(q, whole[group]) for group, q in one.estimator.noise.items()}
+        estimator = Estimator.of(system, vector, noise, masks, self.threads)
         if before is None:
             estimator = refined(estimator, _numbers(vector, one.values))
             self._held[self.far(one.names)] = estimator
