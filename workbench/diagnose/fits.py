@@ -244,13 +244,15 @@ class Fits:
             leader, at.names, promises, self.candidates, self._moving, self.rules.seconds
         )
 
-    def refit(self, names: Sequence[str], near: Hypothesis, promise: Promise) -> Hypothesis:
+    def refit(
+        self, names: Sequence[str], near: Hypothesis, promise: Promise, wide: bool = True
+    ) -> Hypothesis:
         """Fit a hypothesis from a neighbour and what was promised there, at the same process noise.
 
         Only the end is simulated in full steps; on the way what coarse ones do otherwise is taken
         to be what it is at the neighbour, and derivatives are those there, brought up to date.
         A point far off T makes other inputs, so that such a hypothesis is fitted as the base is, as
-        is one of another machine.
+        is one of another machine, from what it has more of as well if that is to begin wide.
         """
         others = {p.name for n in near.names for p in self.candidates[n].quantities.values()}
         known = {name: value for name, value in near.values.items() if name in others}
@@ -258,8 +260,8 @@ class Fits:
             return self.whole(tuple(names), known | self._shown)
         added = [self.candidates[name] for name in names if name not in near.names]
         if any(one.unlike for one in added):
-            wide = {p.name: _WIDE * p.deviation for one in added if one.unlike for p in one.absent}
-            return self._either(tuple(names), known, wide)
+            absent = [p for one in added if one.unlike and wide for p in one.absent]
+            return self._either(tuple(names), known, {p.name: _WIDE * p.deviation for p in absent})
         estimator, x = self._estimator(near, self._released(names))
         exact = estimator.residuals_of(near.estimator.innovations(near.x, keep=True), x)
         coarse = replace(estimator, defect=np.zeros(0))
@@ -286,11 +288,6 @@ class Fits:
         """Fit another machine from the stated numbers, and with too much of what it has more.
 
         Strong correction lets a little play vanish, and much may stay where it is.
-
-        Args:
-            names: of its candidates.
-            known: values that are begun with.
-            wide: those of what it has more.
         """
         one = self.likelier(self.whole(names, known))
         if not wide or self.missing(one) <= 1:

@@ -56,11 +56,14 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
     least = max(rules.promising * most, 0.0 if hidden else max(rules.suspected, little))
     shown = [one for one in promises if fits.far([one.name]) or (hidden and fits.unlike(one.name))]
     short = [one for one in promises if one.gain >= least and one not in shown]
-    short = [*shown, *short][: rules.shortlist]
-    singles = []
+    short = [*short[: max(rules.shortlist - len(shown), 0)], *shown]
+    singles: list[Hypothesis] = []
     for number, one in enumerate(short):
         progress(Stage(f"fit {one.name}", 0.15 + 0.45 * number / len(short)))
-        singles.append(fits.refit((one.name,), base, one))
+        wide = (
+            not fits.unlike(one.name) or fits.missing(min(singles, key=by_cost, default=base)) > 1
+        )
+        singles.append(fits.refit((one.name,), base, one, wide))
     if hidden:
         singles = _again(fits, base, short, singles)
     before = {one.names: one for one in singles}
