@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from tests.diagnose.hidden import DOCUMENT, SHAPE, Asked, runs_of, truth
 from workbench.diagnose import HopperRig
 from workbench.diagnose.fits import Fits
-from workbench.diagnose.held_out import shared_numbers, unseen
+from workbench.diagnose.held_out import unseen
 from workbench.fit import Estimator, ParameterVector
 
 ASKED = (Asked("decay", 0.1, 2.0), Asked("decay", 0.15, 2.0))
@@ -29,7 +29,7 @@ def test_what_is_unseen_costs_what_it_adds_to_a_fit_of_all() -> None:
     both = whole.whole((), one.values)
     assert both.estimator.noise == one.estimator.noise
     added = both.cost + log_det(both.jacobian) - one.cost - log_det(one.jacobian)
-    system = rig.system([2], shared_numbers(one))
+    system = rig.system([2], one.estimator.vector.shared)
     last = Estimator.of(system, ParameterVector(system.parameters), one.estimator.noise, threads=1)
     (held,) = unseen(one, last)
     assert float(held.sum()) == pytest.approx(added, abs=1.5)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.drive import DriveFits, drive_fits
-from workbench.diagnose.held_out import shared_numbers, unseen
+from workbench.diagnose.held_out import unseen
 from workbench.diagnose.hypothesis import Hypothesis, blocks_of, by_cost
 from workbench.diagnose.rig import Rig
 from workbench.diagnose.rules import Rules
@@ -126,7 +126,7 @@ class Fits:
         system = self.rig.system(self.train, self._released(names), self._nominal)
         vector = ParameterVector(system.parameters)
         fit = fit_system(
-            system, vector, start=_numbers(vector, start), late=late, progress=self.progress,
+            system, vector, start=vector.named(start), late=late, progress=self.progress,
             threads=self.threads, central=False,
         )  # fmt: skip
         return self._hypothesis(names, fit.estimator, fit.x, fit.jacobian)
@@ -339,7 +339,7 @@ class Fits:
         before = near.estimator
         system = self.rig.system(self.train, parameters, before.system)
         vector = ParameterVector(system.parameters)
-        x = _numbers(vector, near.values)
+        x = vector.named(near.values)
         estimator = Estimator.of(system, vector, before.noise, before.masks, self.threads)
         return estimator, x
 
@@ -360,7 +360,7 @@ class Fits:
         arm = arm_of(system, turned)
         found = [drive_fits(system, turned, arm)]
         if held is not None and isinstance(held.system, Hopper):
-            x = _numbers(held.vector, at.values)
+            x = held.vector.named(at.values)
             turns = _turns(held.system, held.innovations(x, keep=True))
             found.append(drive_fits(held.system, turns, arm))
         return found[0], found[-1]
@@ -375,20 +375,15 @@ class Fits:
         """Return the estimator of the runs held out, their inputs made by the first that asks."""
         before = self._held.get(self.far(one.names))
         like, masks = (None, ()) if before is None else (before.system, before.masks)
-        system = self.rig.system(self.held, shared_numbers(one), like)
+        system = self.rig.system(self.held, one.estimator.vector.shared, like)
         vector = ParameterVector(system.parameters)
         whole = self._whole(one)
         noise = {group: max(q, whole[group]) for group, q in one.estimator.noise.items()}
         estimator = Estimator.of(system, vector, noise, masks, self.threads)
         if before is None:
-            estimator = refined(estimator, _numbers(vector, one.values))
+            estimator = refined(estimator, vector.named(one.values))
             self._held[self.far(one.names)] = estimator
         return estimator
-
-
-def _numbers(vector: ParameterVector, values: Mapping[str, float]) -> Array:
-    """Return the numbers (p,) of values by name; a parameter that is not given is nominal."""
-    return np.array([p.number(values.get(p.name, p.nominal)) for p in vector.parameters])
 
 
 def _turns(system: Hopper, found: Sequence[Innovations]) -> list[Array]:

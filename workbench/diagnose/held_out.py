@@ -18,19 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.hypothesis import Hypothesis, blocks_of
-from workbench.fit import (
-    NEAREST,
-    ROBUST,
-    ROUGH,
-    Estimator,
-    Parameter,
-    Scope,
-    minimum,
-    reaches,
-    soft,
-)
+from workbench.diagnose.linear import eliminated
+from workbench.fit import NEAREST, ROBUST, ROUGH, Estimator, ParameterVector, minimum, reaches, soft
 
-__all__ = ["shared_numbers", "unseen"]
+__all__ = ["unseen"]
 
 Array = NDArray[np.float64]
 
@@ -47,9 +38,8 @@ def unseen(one: Hypothesis, estimator: Estimator) -> tuple[Array, ...]:
         one: a hypothesis as fitted.
         estimator: of runs that it has not seen, with its process noise.
     """
-    vector, values = estimator.vector, one.values
-    start = np.array([p.number(values.get(p.name, p.nominal)) for p in vector.parameters])
-    precision, steps = _posterior(one, vector.parameters)
+    vector = estimator.vector
+    start, (precision, steps) = vector.named(one.values), _posterior(one, vector)
     root = np.asarray(np.linalg.cholesky(precision).T, dtype=np.float64)
     rows, cheap = estimator.edges[-2], estimator.near(start)
     found = minimum(
@@ -65,26 +55,15 @@ def unseen(one: Hypothesis, estimator: Estimator) -> tuple[Array, ...]:
     return tuple(run + each for run in blocks)
 
 
-def shared_numbers(one: Hypothesis) -> list[Parameter]:
-    """Return the parameters of a hypothesis that are no single run's."""
-    return [p for p in one.estimator.vector.parameters if p.scope is not Scope.RUN]
-
-
-def _posterior(one: Hypothesis, parameters: tuple[Parameter, ...]) -> tuple[Array, Array]:
+def _posterior(one: Hypothesis, vector: ParameterVector) -> tuple[Array, Array]:
     """Return the precision of numbers after a fit, (p, p), and how far to move them, (p,) [1]."""
-    fitted, jacobian = one.estimator.vector.parameters, one.jacobian
-    own = np.array([p.scope is Scope.RUN for p in fitted])
-    normal = jacobian.T @ jacobian
-    across = normal[np.ix_(~own, own)]
-    taken = across @ np.linalg.pinv(normal[np.ix_(own, own)]) @ across.T  # by each run's own
-    known = normal[np.ix_(~own, ~own)] - taken
-    far = reaches(jacobian)
-    names = [p.name for p in fitted if p.scope is not Scope.RUN]
-    places = [k for k, p in enumerate(parameters) if p.name in names]
-    order = [names.index(parameters[k].name) for k in places]
-    precision, steps = np.eye(len(parameters)), np.full(len(parameters), NEAREST)
-    precision[np.ix_(places, places)] = known[np.ix_(order, order)] + _FLAT * np.eye(len(order))
-    steps[places] = far[~own][order]
+    fitted, jacobian = one.estimator.vector, one.jacobian
+    known = eliminated(jacobian.T @ jacobian, fitted.own)
+    names = [p.name for p in fitted.shared]
+    order, shared = [names.index(p.name) for p in vector.shared], np.ix_(~vector.own, ~vector.own)
+    precision, steps = np.eye(len(vector)), np.full(len(vector), NEAREST)
+    precision[shared] = known[np.ix_(order, order)] + _FLAT * np.eye(len(order))
+    steps[~vector.own] = reaches(jacobian)[~fitted.own][order]
     return precision, steps
 
 

@@ -18,13 +18,24 @@ from numpy.typing import NDArray
 
 from workbench.fit import ROBUST, soft
 
-__all__ = ["Linear", "Solved", "beyond", "edges_of"]
+__all__ = ["Linear", "Solved", "beyond", "edges_of", "eliminated"]
 
 Array = NDArray[np.float64]
 
 _BLOCK_S = 1.0
 _FEWEST = 4  # blocks of a run
 _FREED = 1e-4  # of the curvature of a prior, for what is released
+
+
+def eliminated(curvature: Array, others: NDArray[np.bool_]) -> Array:
+    """Return a curvature (p, p) [1] of some numbers where the others go to their best.
+
+    Args:
+        curvature: (q, q) of all [1].
+        others: (q,) which go to their best.
+    """
+    own, mixed = curvature[np.ix_(others, others)], curvature[np.ix_(others, ~others)]
+    return curvature[np.ix_(~others, ~others)] - mixed.T @ np.linalg.pinv(own) @ mixed
 
 
 def beyond(x: Array) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.validate import Errors
-from workbench.fit import Estimator, MjcfSystem, ParameterVector, Scope, minimised, units_of
+from workbench.fit import Estimator, MjcfSystem, ParameterVector, minimised, units_of
 from workbench.timeseries import TimeSeries
 
 __all__ = ["errors_in", "unit_of_errors"]
@@ -35,8 +35,7 @@ def errors_in(
         threads: 0 takes all cores.
     """
     vector = ParameterVector(system.parameters)
-    x = np.array([p.number(values.get(p.name, p.nominal)) for p in vector.parameters])
-    own = np.array([p.scope is Scope.RUN for p in vector.parameters], dtype=np.bool_)
+    x, own = vector.named(values), vector.own
     masks = [np.zeros(system.seen(k).shape, dtype=np.bool_) for k in range(len(system.names))]
     for mask, count in zip(masks, _foreseen(plain, threads), strict=True):
         mask[count:] = True

@@ -287,7 +287,7 @@ class _Adapted:
             The cost of all `TIMES` runs of each trial, and that of each second of one, (b,).
         """
         vector, sample_s = self.vectors[j], Hopper.sample_s
-        shared = [p for p in vector.parameters if p.scope is not Scope.RUN]
+        shared = vector.shared
         columns = [
             k
             for k, p in enumerate(vector.parameters)

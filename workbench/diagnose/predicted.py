@@ -79,7 +79,7 @@ class Predicted:
         numbers = range(first, first + len(self.menu))
         system = rig.system(numbers, one.parameters, like or self.systems[i])
         vector = ParameterVector(system.parameters)
-        x = np.array([p.number(one.values.get(p.name, p.nominal)) for p in vector.parameters])
+        x = vector.named(one.values)
         return Estimator.of(system, vector, one.noise, threads=setting.threads), x
 
     def _refined(self, i: int) -> Hopper:

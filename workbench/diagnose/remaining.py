@@ -18,10 +18,10 @@ from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.decide import Part, Scored, versus
 from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.hypothesis import Hypothesis
-from workbench.diagnose.linear import Linear
+from workbench.diagnose.linear import Linear, eliminated
 from workbench.diagnose.rig import Rig
 from workbench.diagnose.wording import together
-from workbench.fit import ROBUST, Parameter, Scope
+from workbench.fit import ROBUST, Parameter
 
 __all__ = ["BEYOND", "MOST", "Remaining", "remaining"]
 
@@ -138,7 +138,7 @@ def _evident(found: Diagnosis, part: Part) -> bool:
 
 
 def _of(one: Hypothesis, rig: Rig, judged: Sequence[Array] = ()) -> Remaining:
-    shared = [p for p in one.estimator.vector.parameters if p.scope is not Scope.RUN]
+    shared = one.estimator.vector.shared
     more = [p for p in rig.base if p.name not in {q.name for q in shared}]
     values = {p.name: p.nominal for p in more} | {p.name: one.values[p.name] for p in shared}
     known, information = _information(one)
@@ -156,15 +156,8 @@ def _information(one: Hypothesis) -> tuple[dict[str, int], Array]:
     weights = 1 / np.sqrt(1 + (estimator.residuals(one.x) / ROBUST) ** 2)
     weights[len(weights) - int(vector.weighted.sum()) :] = 1.0
     curvature = jacobian.T @ (jacobian * weights[:, None]) + _FREED * np.eye(len(vector))
-    own = np.array([p.scope is Scope.RUN for p in vector.parameters])
-    names = [p.name for p in vector.parameters if p.scope is not Scope.RUN]
-    return {name: i for i, name in enumerate(names)}, _eliminated(curvature, own)
-
-
-def _eliminated(curvature: Array, others: NDArray[np.bool_]) -> Array:
-    """Return a curvature (p, p) of some numbers where the others go to their best."""
-    own, mixed = curvature[np.ix_(others, others)], curvature[np.ix_(others, ~others)]
-    return curvature[np.ix_(~others, ~others)] - mixed.T @ np.linalg.pinv(own) @ mixed
+    known = {p.name: i for i, p in enumerate(vector.shared)}
+    return known, eliminated(curvature, vector.own)
 
 
 def _hidden(found: Diagnosis, rig: Rig) -> list[Remaining]:
@@ -194,7 +187,7 @@ def _at_tolerance(candidate: Candidate, near: Linear | None, base: Sequence[Para
     ours = np.isin(names, quantities)
     kept = ours | near.own | np.isin(names, [p.name for p in base])
     curvature = (near.curvature + np.diag(np.where(ours, 0.0, 1.0)))[np.ix_(kept, kept)]
-    return float(np.trace(_eliminated(curvature, ~ours[kept])))
+    return float(np.trace(eliminated(curvature, ~ours[kept])))
 
 
 def _supposed(base: Remaining, candidate: Candidate, weight: float) -> Remaining:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.linear import Linear, edges_of
 from workbench.diagnose.wording import together
-from workbench.fit import Estimator, ParameterVector, Scope
+from workbench.fit import Estimator, ParameterVector
 
 __all__ = ["Promise", "beside", "columns_of", "neighbourhood", "pairs_without", "screened"]
 
@@ -182,7 +182,7 @@ def neighbourhood(estimator: Estimator, x: Array, residuals: Array, jacobian: Ar
     count = edges[-1]
     return Linear(
         tuple(p.name for p in vector.parameters),
-        np.array([p.scope is Scope.RUN for p in vector.parameters]),
+        vector.own,
         x,
         residuals[:count],
         jacobian[:count],

@@ -122,6 +122,20 @@ class ParameterVector:
         """Return the numbers (p,) [1] of values; a parameter that is not given is nominal."""
         return np.array([p.number(values.get(p, p.nominal)) for p in self.parameters])
 
+    def named(self, values: Mapping[str, float]) -> Array:
+        """Return the numbers (p,) [1] of values by name; what is not given is nominal."""
+        return np.array([p.number(values.get(p.name, p.nominal)) for p in self.parameters])
+
+    @property
+    def own(self) -> NDArray[np.bool_]:
+        """Return which belong to single runs, (p,)."""
+        return np.array([p.scope is Scope.RUN for p in self.parameters], dtype=np.bool_)
+
+    @property
+    def shared(self) -> list[Parameter]:
+        """Return the parameters that are no single run's."""
+        return [p for p in self.parameters if p.scope is not Scope.RUN]
+
     def touching(self, run: int) -> Sequence[int]:
         """Return which parameters act on a run."""
         return [i for i, p in enumerate(self.parameters) if p.run in (-1, run)]
