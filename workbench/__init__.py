@@ -3,11 +3,12 @@
 For notebooks: `import workbench as wb`, then what `__all__` lists; `docs/reference/python.md` is a
 tour. Each name is loaded from the room `api` when it is first used, so that the import is cheap.
 
-Rooms in their layers, from the top: `cli`, `api`, `doctor`; `panel`, `report`; `run`, `identify`,
-`diagnose`, `design`, `template`, `as_built`; `twin`, `live`, `fit`; `hw`, `tracking`, `sim`,
-`photo`, `optimize`; `bundle`, `catalogue`, `schemas`; `motion`; and what everybody may import, such
-as `errors`, `timeseries` and `shape`. A room imports only from rooms below it, and only what they
-export; `lint-imports` and `tests/test_rooms.py` hold that.
+Rooms in their layers, from the top: `cli`, `api`, `doctor`; `panel`, `report`; `mechanism`,
+`investigate`, `diagnose`, `run`, `identify`, `design`, `template`, `as_built`; `data_quality`,
+`twin`, `live`, `fit`; `hw`, `tracking`, `sim`, `photo`, `optimize`; `bundle`, `catalogue`,
+`schemas`; `motion`; and what everybody may import, such as `errors`, `timeseries` and `shape`. A
+room imports only from rooms below it, and only what they export; `lint-imports` and
+`tests/test_rooms.py` hold that.
 """
 
 from typing import TYPE_CHECKING

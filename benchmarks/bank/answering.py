@@ -22,7 +22,8 @@ from typing import Any
 
 from benchmarks.bank.baselines import plain_answers
 from workbench.bundle import Bundle
-from workbench.diagnose import Diagnosis, diagnose, refused, robot_of
+from workbench.data_quality import refused
+from workbench.diagnose import Diagnosis, diagnose, robot_of
 from workbench.errors import DataFault
 from workbench.sim import EFFECTS
 

@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.bank.amounts import AMOUNTS, OUTSIDE_AMOUNTS, direction, scaled
 from benchmarks.bank.courses import Course
 from benchmarks.bank.observe import FAULTS, Filmed, Noise
-from workbench.diagnose import ProposedRun
+from workbench.investigate import ProposedRun
 
 __all__ = ["BLOCKS", "SIZES", "TIES", "TRAPS", "Block", "Case", "Made", "Plan", "Run", "draw_case",
            "draw_cases", "hopping", "plan_of", "plans", "reduced"]  # fmt: skip

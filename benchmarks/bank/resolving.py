@@ -24,17 +24,10 @@ from benchmarks.bank.make import further_runs, make_case
 from benchmarks.bank.one_case import Line, engine
 from benchmarks.bank.size import UnreachableError
 from benchmarks.bank.write import measured
-from workbench.diagnose import (
-    MENU,
-    Diagnosis,
-    HopperRig,
-    ProposedRun,
-    diagnose,
-    minutes_of,
-    propose,
-)
-from workbench.diagnose.proposed import TIMES
+from workbench.diagnose import Diagnosis, HopperRig, diagnose
 from workbench.errors import DataFault
+from workbench.investigate import MENU, ProposedRun, minutes_of, propose
+from workbench.investigate.proposed import TIMES
 from workbench.schemas import load_model, load_shape
 
 __all__ = ["ROUNDS", "rounds_of", "ties_of", "wrongly"]

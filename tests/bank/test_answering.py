@@ -19,7 +19,8 @@ from benchmarks.bank.one_case import engine
 from benchmarks.bank.score import judge, scores
 from benchmarks.bank.tables import page
 from tests.pendulum import PENDULUMS, rig_of
-from workbench.diagnose import diagnose, load_mechanism
+from workbench.diagnose import diagnose
+from workbench.mechanism import load_mechanism
 from workbench.sim import EFFECTS
 from workbench.sim.effects.effect import Values
 

@@ -14,8 +14,8 @@ from benchmarks.bank.cases import Case, Made, draw_case, plan_of
 from benchmarks.bank.make import further_runs, make_case
 from benchmarks.bank.resolving import resolve, rounds_of, wrongly
 from benchmarks.bank.tables import Told, page
-from workbench.diagnose import ProposedRun, minutes_of
 from workbench.errors import DataFault
+from workbench.investigate import ProposedRun, minutes_of
 
 pytestmark = pytest.mark.long  # a benchmark tests itself
 

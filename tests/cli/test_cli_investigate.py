@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 from tests.bundles import manifest_of
 from workbench.bundle import Bundle
 from workbench.cli.app import app
-from workbench.diagnose import ProposedRun, next_protocol
+from workbench.investigate import ProposedRun, next_protocol
 from workbench.run import load_bench
 from workbench.schemas import Protocol, load
 

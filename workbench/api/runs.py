@@ -15,8 +15,8 @@ from workbench.quantities import QUANTITIES, numbers_in_words
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from workbench.diagnose import Diagnosed
     from workbench.fit import Replay
+    from workbench.investigate import Diagnosed
     from workbench.progress import Progress
     from workbench.report import Fitted
     from workbench.timeseries import TimeSeries

@@ -14,8 +14,10 @@ from workbench.cli.console import progress, stderr
 from workbench.cli.diagnosis_output import show_diagnosis, show_next
 from workbench.cli.plain_output import RUNS_ARGUMENT, JsonFlag, RunsFolder, emit
 from workbench.cli.views import picture_of
-from workbench.diagnose import Diagnosis, Rig, load_mechanism, refused, robot_of
+from workbench.data_quality import refused
+from workbench.diagnose import Diagnosis, Rig, robot_of
 from workbench.errors import DataFault, InputError
+from workbench.mechanism import load_mechanism
 from workbench.report import ComparisonSet, compare_extended, diagnose_into, load_any, replay_of
 from workbench.schemas import load_model
 

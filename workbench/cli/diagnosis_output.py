@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from workbench.cli.console import show_table, stderr
-from workbench.diagnose import Diagnosis, Following
+from workbench.diagnose import Diagnosis
+from workbench.investigate import Following
 from workbench.report import finer_beam
 
 __all__ = ["show_diagnosis", "show_next"]

@@ -14,8 +14,8 @@ from workbench.cli.console import progress, stderr
 from workbench.cli.diagnosis_output import show_diagnosis, show_next
 from workbench.cli.plain_output import JsonFlag, emit
 from workbench.cli.terminal import carry_out_at_terminal
-from workbench.diagnose import BenchJob, ClosedLoop, Following, Round, next_object
 from workbench.errors import InputError
+from workbench.investigate import BenchJob, ClosedLoop, Following, Round, next_object
 from workbench.report import diagnose_into
 from workbench.run import load_bench, make_bench
 from workbench.schemas import Protocol, load, parse_quantity

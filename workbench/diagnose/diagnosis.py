@@ -17,6 +17,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from workbench.data_quality import soundness
 from workbench.diagnose.confidence import Confidence, confidence_in
 from workbench.diagnose.decide import Kind, Part, both, versus
 from workbench.diagnose.drive_part import drive_part
@@ -27,7 +28,6 @@ from workbench.diagnose.observer_part import observer_part
 from workbench.diagnose.rig import HopperRig, Rig
 from workbench.diagnose.rules import Rules
 from workbench.diagnose.screening import Promise
-from workbench.diagnose.soundness import soundness
 from workbench.diagnose.validate import Errors, removed
 from workbench.diagnose.wording import digits, together
 from workbench.errors import InputError

@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.bundle import Bundle
+from workbench.data_quality import Facts, Fault, hopper_faults
 from workbench.diagnose.candidates import Candidate, hopper_candidates
 from workbench.diagnose.extension import Effects, write_extension
-from workbench.diagnose.facts import Facts, Fault
-from workbench.diagnose.hopper_faults import hopper_faults
 from workbench.diagnose.rules import RULES, Rules
 from workbench.diagnose.validate import Errors, errors_of
 from workbench.fit import (

@@ -7,16 +7,8 @@ from datetime import datetime
 from pathlib import Path
 
 from workbench.bundle import Bundle
-from workbench.diagnose import (
-    Diagnosed,
-    Diagnosis,
-    Following,
-    Rig,
-    diagnose,
-    following,
-    next_object,
-    write_answer,
-)
+from workbench.diagnose import Diagnosis, Rig, diagnose, write_answer
+from workbench.investigate import Diagnosed, Following, following, next_object
 from workbench.progress import Progress, Stage, portion
 from workbench.report.diagnosis.compared import write_compared
 from workbench.report.diagnosis.page import write_diagnosis
