@@ -96,10 +96,17 @@ class PlanarChain:
         return np.array([*root, *range(self.root, self.root + len(self.links) - 1)])
 
 
-def read_chain(model: mujoco.MjModel) -> PlanarChain | None:
-    """Return a model's planar chain, None where it has anything that a chain has not."""
+def read_chain(model: mujoco.MjModel, still: bool = False) -> PlanarChain | None:
+    """Return a model's planar chain, None where it has anything that a chain has not.
+
+    Args:
+        model: compiled.
+        still: whether nothing moves, so that dry friction may be there: a chain has none.
+    """
     root = _root(model)
-    if root is None or not (_is_plain(model) and _is_serial(model, root) and _is_flat(model, root)):
+    if root is None or not (
+        _is_plain(model, still) and _is_serial(model, root) and _is_flat(model, root)
+    ):
         return None
     actuators = _actuators(model, root)
     if actuators is None:
@@ -125,11 +132,11 @@ def _root(model: mujoco.MjModel) -> int | None:
     return 3 if planar and alone and not model.body_pos[1].any() else None
 
 
-def _is_plain(model: mujoco.MjModel) -> bool:
+def _is_plain(model: mujoco.MjModel, still: bool) -> bool:
     """Return whether the engine steps it by `implicitfast`, with neither constraints nor extras."""
     opt, other = model.opt, model.neq + model.ntendon + model.nflex + model.nplugin + model.nmocap
     off = opt.disableflags
-    forces = (model.body_gravcomp, model.dof_frictionloss * (not off & _CONSTRAINT))
+    rubbing = model.dof_frictionloss * (not off & _CONSTRAINT and not still)
     touching = model.geom_contype.any() and model.geom_conaffinity.any() and not off & _CONTACT
     free = off & _CONSTRAINT or not (model.jnt_limited.any() or touching)
     return bool(
@@ -137,7 +144,7 @@ def _is_plain(model: mujoco.MjModel) -> bool:
         and not (opt.density or opt.viscosity or opt.wind.any() or other)
         and not off & ~(_CONTACT | _CONSTRAINT)
         and not opt.enableflags & ~_ENERGY
-        and not any(force.any() for force in forces)
+        and not (model.body_gravcomp.any() or rubbing.any())
         and free
     )
 
