@@ -3,6 +3,7 @@
     python -m benchmarks.bank --seed 1 --cases 40 --work build/bank
     python -m benchmarks.bank --seed 34 --cases 200 --reduced
     python -m benchmarks.bank --seed 38 --cases 40 --hops
+    python -m benchmarks.bank --seed 46 --cases 200 --hops --of foot_cg sole_adhesion
     python -m benchmarks.bank --seed 1 --flip hinge_cubic_stiffness
 
 One line of JSON is kept for each case beside the page, where it is versioned: a later call, on any
@@ -10,8 +11,9 @@ machine, goes on where one was stopped, and the page tells of all draws that wer
 lie in the work folder's `cases`, their labels in `sealed`; a process of its own answers, which is
 given the case's folder only. With `--reduced` cases have five runs of three seconds without a hop:
 a night holds hundreds. With `--hops` all have twelve runs with three hops among them, and causes of
-about the size that is asked, for to size one on hops takes half an hour. With `--flip` the cases of
-one effect are answered once more by a twin that has it with the wrong sign.
+about the size that is asked, for to size one on hops takes half an hour. `--of` takes only the cases
+with one of the effects named. With `--flip` the cases of one effect are answered once more by a twin
+that has it with the wrong sign.
 """
 
 from __future__ import annotations
@@ -94,6 +96,7 @@ def main() -> None:
     kinds = parser.add_mutually_exclusive_group()
     kinds.add_argument("--reduced", action="store_true", help="five runs of three seconds")
     kinds.add_argument("--hops", action="store_true", help="twelve runs, about the asked size")
+    parser.add_argument("--of", nargs="+", default=(), help="only cases with one of these effects")
     parser.add_argument("--flip", help="effect whose cases are answered with its sign turned")
     asked = parser.parse_args()
     cases = draw_cases(asked.seed, asked.cases)
@@ -102,6 +105,8 @@ def main() -> None:
     if asked.hops:
         cases = hopping(cases)
     name = f"seed-{asked.seed}"
+    if asked.of:
+        cases = [case for case in cases if set(asked.of) & set(case.causes)]
     if asked.flip:
         cases = [case for case in cases if asked.flip in case.causes]
         name += f"{_FLIP}{asked.flip}"
