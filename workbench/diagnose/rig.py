@@ -265,14 +265,7 @@ class HopperRig:
         angles: Sequence[Array | None] | None,
         threads: int = 0,
     ) -> Errors | None:
-        """Return how far some runs are from what the model predicts; None of none.
-
-        Args:
-            runs: their numbers.
-            values: of the model's own numbers, where they are not those of its file.
-            angles: (n,) of each run, how its drive turns [rad]; as it was seen where left out.
-            threads: 0 takes all cores.
-        """
+        """Return how far some runs are from what the model predicts; of `Rig`."""
         if not runs:
             return None
         robot = replace(self.robot, values={**self.robot.values, **(values or {})})

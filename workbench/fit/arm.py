@@ -12,17 +12,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.fit.measured import MeasuredRun
 from workbench.fit.systems.hopper_view import View
 from workbench.motion import ROTOR, TOP, position
 from workbench.noise import robust_sigma
-
-if TYPE_CHECKING:
-    from workbench.fit.systems.hopper import Hopper
 
 __all__ = ["Arm", "arm_of"]
 
@@ -30,6 +28,23 @@ Array = NDArray[np.float64]
 
 _GLITCH = 8.0  # deviations of a length that is left out
 _FEWEST = 10  # samples of a run
+
+
+class Turning(Protocol):
+    """Runs whose rotor was seen; the robot as a system is one."""
+
+    @property
+    def runs(self) -> Sequence[MeasuredRun]:
+        """Return the runs."""
+        ...
+
+    def first(self, run: int) -> int:
+        """Return the first sample of a run that is looked at."""
+        ...
+
+    def world_angle(self, run: int) -> Array:
+        """Return the rotor's angle in the world from there on, (n,) [rad]."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -80,7 +95,7 @@ class Arm:
         return np.asarray(np.sqrt(np.maximum(self.radius**2 - across**2, 0.0)) - along)
 
 
-def arm_of(system: Hopper, turns: Sequence[Array | None] | None = None) -> Arm:
+def arm_of(system: Turning, turns: Sequence[Array | None] | None = None) -> Arm:
     """Return where the point taken for T sits, as the driven runs of a system show it.
 
     Args:
