@@ -1,10 +1,11 @@
 """Planar chains: models that compiled code steps as the engine does, in a fifth of its time.
 
 The robot in its hopping plane is one: a foot that is fixed or free, hinges about +y in a row, their
-springs and dampers, the rotor with its servo, and the force laws of `ground`, `beam_laws` and
-`droop_ripple`. `read_chain` takes every number from the compiled MjModel, so that effects and edits
-of the MjSpec are in it, and returns None for a model with anything else: the engine steps that.
-`chain_step` has the equations; both agree to rounding (`tests/sim/test_sim_chain.py`).
+springs, dampers and dry friction, the rotor with its servo, and the force laws of `ground`,
+`beam_laws` and `droop_ripple`. `read_chain` takes every number from the compiled MjModel, so that
+effects and edits of the MjSpec are in it, and returns None for a model with anything else: the
+engine steps that. `chain_step` has the equations; both agree to rounding
+(`tests/sim/test_sim_chain.py`).
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ _FIXED, _RIPPLE = int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_US
 _UNBIASED, _AFFINE = int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtBias.mjBIAS_AFFINE)
 _ON_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
 _RIPPLES = 5
+_IMPEDANCES = (mujoco.mjMINIMP, mujoco.mjMAXIMP)
 _ROUNDING = 1e-9  # [kg m^2] greatest product of inertia out of the plane that counts as rounding
 
 
@@ -41,11 +43,12 @@ class LinkColumn(IntEnum):
 
     Mass, centre of mass, inertia about the hinge; where the hinge is in the link before, and by
     what angle this link is turned against that one at qpos zero. Of the hinge: its spring, torque
-    -x (k0 + k1 x + k2 x^2) from a rest angle, its damper, -v (d0 + d1 |v| + d2 v^2), and its
-    armature.
+    -x (k0 + k1 x + k2 x^2) from a rest angle, its damper, -v (d0 + d1 |v| + d2 v^2), its armature,
+    and its dry friction: -GRIP (a + CREEP v) by acceleration and speed, at most FRICTION.
     """
 
     MASS, X, Z, INERTIA, AT_X, AT_Z, TURN, K0, K1, K2, REST, D0, D1, D2, ARMATURE = range(15)
+    FRICTION, GRIP, CREEP = range(15, 18)
 
 
 class ActuatorColumn(IntEnum):
@@ -64,7 +67,7 @@ class PlanarChain:
     """The numbers of a planar chain.
 
     Args:
-        links: (n + 1, 15) as in `LinkColumn` [SI]; the first is the foot, or the world.
+        links: (n + 1, 18) as in `LinkColumn` [SI]; the first is the foot, or the world.
         actuators: (nu, 13) as in `ActuatorColumn` [SI].
         ground: (18,) numeric field of `ground`, zeros where no ground is [SI].
         laws: (10,) numeric field of `beam_laws`, zeros where there is none [SI].
@@ -96,17 +99,10 @@ class PlanarChain:
         return np.array([*root, *range(self.root, self.root + len(self.links) - 1)])
 
 
-def read_chain(model: mujoco.MjModel, still: bool = False) -> PlanarChain | None:
-    """Return a model's planar chain, None where it has anything that a chain has not.
-
-    Args:
-        model: compiled.
-        still: whether nothing moves, so that dry friction may be there: a chain has none.
-    """
+def read_chain(model: mujoco.MjModel) -> PlanarChain | None:
+    """Return a model's planar chain, None where it has anything that a chain has not."""
     root = _root(model)
-    if root is None or not (
-        _is_plain(model, still) and _is_serial(model, root) and _is_flat(model, root)
-    ):
+    if root is None or not (_is_plain(model) and _is_serial(model, root) and _is_flat(model, root)):
         return None
     actuators = _actuators(model, root)
     if actuators is None:
@@ -132,11 +128,10 @@ def _root(model: mujoco.MjModel) -> int | None:
     return 3 if planar and alone and not model.body_pos[1].any() else None
 
 
-def _is_plain(model: mujoco.MjModel, still: bool) -> bool:
-    """Return whether the engine steps it by `implicitfast`, with neither constraints nor extras."""
+def _is_plain(model: mujoco.MjModel) -> bool:
+    """Return whether the engine steps it by `implicitfast`, with no constraint but dry friction."""
     opt, other = model.opt, model.neq + model.ntendon + model.nflex + model.nplugin + model.nmocap
     off = opt.disableflags
-    rubbing = model.dof_frictionloss * (not off & _CONSTRAINT and not still)
     touching = model.geom_contype.any() and model.geom_conaffinity.any() and not off & _CONTACT
     free = off & _CONSTRAINT or not (model.jnt_limited.any() or touching)
     return bool(
@@ -144,7 +139,7 @@ def _is_plain(model: mujoco.MjModel, still: bool) -> bool:
         and not (opt.density or opt.viscosity or opt.wind.any() or other)
         and not off & ~(_CONTACT | _CONSTRAINT)
         and not opt.enableflags & ~_ENERGY
-        and not (model.body_gravcomp.any() or rubbing.any())
+        and not (opt.noslip_iterations or model.body_gravcomp.any())
         and free
     )
 
@@ -154,6 +149,7 @@ def _is_serial(model: mujoco.MjModel, root: int) -> bool:
     first = 3 if root == 3 else int(root == 6)
     hinged = model.body_jntnum[2 if root else 1 :]
     dofs = slice(root, None)
+    of_dofs = (model.dof_damping, model.dof_armature, model.dof_frictionloss)
     return bool(
         (model.body_parentid[1:] == np.arange(model.nbody - 1)).all()
         and (hinged <= 1).all()
@@ -162,7 +158,8 @@ def _is_serial(model: mujoco.MjModel, root: int) -> bool:
         and not model.jnt_pos[first:].any()
         and not model.jnt_actfrclimited.any()
         and not model.jnt_actgravcomp.any()
-        and not (model.dof_damping[:root].any() or model.dof_armature[:root].any())
+        and not any(each[:root].any() for each in of_dofs)
+        and (model.dof_solref > 0).all()
         and not model.jnt_stiffness[:first].any()
         and len(model.dof_damping[dofs]) == model.njnt - first
     )
@@ -274,7 +271,27 @@ def _links(model: mujoco.MjModel, root: int) -> tuple[Array, Array]:
     own[:, LinkColumn.D0] = model.dof_damping[dofs]
     own[:, LinkColumn.D1 : LinkColumn.D2 + 1] = model.dof_dampingpoly[dofs]
     own[:, LinkColumn.ARMATURE] = model.dof_armature[dofs]
+    own[:, LinkColumn.FRICTION : LinkColumn.CREEP + 1] = _frictions(model)[dofs]
     return found, np.array(bodies)
+
+
+def _frictions(model: mujoco.MjModel) -> Array:
+    """Return friction, grip and creep of each degree of freedom, (nv, 3), as `LinkColumn` has them.
+
+    The engine's friction loss is a soft constraint (its documentation, "Solver parameters"): with
+    impedance d and time constant t, a force -d / (1 - d) / w (a + 2 v / (d t)), w the inverse
+    inertia at qpos zero, within the bounds of the loss.
+    """
+    rows = np.zeros((model.nv, 3))
+    if model.opt.disableflags & _CONSTRAINT or not model.dof_frictionloss.any():
+        return rows
+    rubs = model.dof_frictionloss > 0
+    impedance = np.clip(model.dof_solimp[rubs, :2], *_IMPEDANCES).T
+    settling = np.maximum(model.dof_solref[rubs, 0], 2 * model.opt.timestep)
+    rows[rubs, 0] = model.dof_frictionloss[rubs]
+    rows[rubs, 1] = impedance[0] / (1 - impedance[0]) / model.dof_invweight0[rubs]
+    rows[rubs, 2] = 2 / (impedance[1] * settling)
+    return rows
 
 
 def _turned(x: float, z: float, angle: float) -> tuple[float, float]:

@@ -90,7 +90,7 @@ def place_links(links: Array, q: Array, v: Array, work: Array) -> None:
     """Write each link's position, inertia and centrifugal force.
 
     Args:
-        links: (n + 1, 15) of `PlanarChain` [SI].
+        links: (n + 1, 18) of `PlanarChain` [SI].
         q: (n + 3,) coordinates [m, rad].
         v: (n + 3,) their rates [m/s, rad/s].
         work: (n + 1, WORK) written [SI].
@@ -122,7 +122,7 @@ def bend_hinges(links: Array, q: Array, v: Array, work: Array) -> None:
     """Write the torque of each hinge's spring and damper, and the damper's derivative.
 
     Args:
-        links: (n + 1, 15) of `PlanarChain` [SI].
+        links: (n + 1, 18) of `PlanarChain` [SI].
         q: (n + 3,) coordinates [m, rad].
         v: (n + 3,) their rates [m/s, rad/s].
         work: (n + 1, WORK) written [SI].
@@ -159,7 +159,7 @@ def pull_top(links: Array, laws: Array, top: Array, q: Array, v: Array, work: Ar
     """Add the forces of `beam_laws` at T and at the foot's hinge.
 
     Args:
-        links: (n + 1, 15) of `PlanarChain` [SI].
+        links: (n + 1, 18) of `PlanarChain` [SI].
         laws: (10,) of `PlanarChain` [SI].
         top: (4,) of `PlanarChain` [m, rad].
         q: (n + 3,) coordinates [m, rad].

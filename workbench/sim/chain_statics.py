@@ -52,7 +52,7 @@ def _stiffness_of_chain(
     Central differences; the foot's corners lock where they are.
 
     Args:
-        links: (n + 1, 15) of `PlanarChain` [SI], as all that follows up to the root.
+        links: (n + 1, 18) of `PlanarChain` [SI], as all that follows up to the root.
         ground: (18,) [SI].
         laws: (10,) [SI].
         top: (4,) [m, rad].

@@ -1,14 +1,12 @@
 """Steps of planar chains, compiled: the engine's `implicitfast`, by articulated bodies.
 
-A step solves (M + h D) a = f for the acceleration a of the hinges' angles and integrates
+A step solves (M + h D) a = f for the acceleration a of the hinges' angles (`chain_acceleration`)
+and integrates
 
     v <- v + h a,    q <- q + h v,
 
 with M the inertia, D the derivative of dampers and drives by the speeds, f all forces at the state
-before it. Featherstone's articulated-body recursion (Rigid Body Dynamics Algorithms, 2008, table
-7.1) does it link by link, tip to root and back; here each link has three degrees of freedom, turn,
-forward, up, about its own hinge, the axes those of the world. For a link turned by angle w' and a
-point (x, z) from its hinge, the point's acceleration is a + w' (z, -x) - w^2 (x, z).
+before it. Dry friction is found with M alone (`chain_friction`) and is one of these forces.
 """
 
 from __future__ import annotations
@@ -19,27 +17,17 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.sim.chain import ActuatorColumn, LinkColumn
+from workbench.sim.chain import ActuatorColumn
+from workbench.sim.chain_acceleration import hinge_gains, root_gains, sum_inertias
+from workbench.sim.chain_friction import FRICTION_WORK, begin_to_rub, rub
 from workbench.sim.chain_links import (
     COS,
-    CX,
-    CZ,
-    FI,
-    FX,
-    FZ,
-    II,
-    IX,
-    IZ,
     LOSS,
-    OVER,
     RX,
     RZ,
     SIN,
     TORQUE,
     WORK,
-    XX,
-    XZ,
-    ZZ,
     bend_hinges,
     compile_part,
     place_links,
@@ -57,7 +45,6 @@ Array = NDArray[np.float64]
 _HIGHEST = 1e10
 """Above it an acceleration has diverged (the engine's mjMAXVAL)."""
 
-_ARMATURE = int(LinkColumn.ARMATURE)
 _OF, _GAIN, _OFFSET, _STIFFNESS, _DAMPING, _ADDRESS, _MODULATED, _RIPPLED, _DROOP = map(
     int, ActuatorColumn
 )
@@ -112,7 +99,7 @@ def _step_chains(
     count = links.shape[1] + 2
     q, v, foot = np.empty(count), np.empty(count), np.empty(3)
     act, user = np.empty(spans[2, 1] - spans[2, 0]), np.empty(spans[4, 1] - spans[4, 0])
-    work = np.empty((links.shape[1], WORK))
+    work, friction = np.empty((links.shape[1], WORK)), np.empty((links.shape[1], FRICTION_WORK))
     for row in rows:
         if broken[row]:
             continue
@@ -127,7 +114,7 @@ def _step_chains(
         broken[row] = not _step_chain(
             links[row], actuators[row], ground[row], laws[row], top[row], gravity[row],
             float(step[row]), root > 0, q, v, act, control, user, unchanged, steps, torque[row],
-            foot, work,
+            foot, work, friction,
         )  # fmt: skip
         if broken[row]:
             continue
@@ -211,9 +198,11 @@ def _step_chain(
     torque: Array,
     foot: Array,
     work: Array,
+    friction: Array,
 ) -> bool:
     """Step one chain; return whether every acceleration was finite."""
     last = links.shape[0] - 1
+    rubs = begin_to_rub(links, v, friction)
     for done in range(steps):
         foot[0] = foot[1] = foot[2] = 0.0
         if ground[0] != 0.0:
@@ -227,8 +216,10 @@ def _step_chain(
             _add_actuator_torque(actuators, i, q, v, act, control, torque, work)
         if laws[0] != 0.0:
             pull_top(links, laws, top, q, v, work)
-        _articulated_inertias(links, step, work)
-        turn, forward, up = _root(work, foot) if free else (0.0, -gravity[0], -gravity[1])
+        if rubs:
+            rub(links, gravity, free, v, foot, work, friction)
+        sum_inertias(links, step, work)
+        turn, forward, up = root_gains(work, foot) if free else (0.0, -gravity[0], -gravity[1])
         if not abs(turn) + abs(forward) + abs(up) < _HIGHEST:
             return False
         if free:
@@ -238,10 +229,7 @@ def _step_chain(
         for i in range(actuators.shape[0]):
             _step_activation(actuators, i, step, q, v, act, control, work)
         for k in range(1, last + 1):
-            rx, rz = work[k, RX], work[k, RZ]
-            forward, up = forward + turn * rz + work[k, CX], up - turn * rx + work[k, CZ]
-            inertial = work[k, II] * turn + work[k, IX] * forward + work[k, IZ] * up
-            joint = (work[k, TORQUE] - inertial) * work[k, OVER]
+            joint, forward, up = hinge_gains(work, k, turn, forward, up)
             if not abs(joint) < _HIGHEST:
                 return False
             turn += joint
@@ -292,54 +280,6 @@ def _step_activation(
         error, numbers = act[address] - q[2 + k], actuators[i, _DROOP:]
         rate = servo_rate(numbers, rate, error, v[2 + k], work[k, COS], work[k, SIN])
     act[address] += step * rate
-
-
-@compile_part
-def _articulated_inertias(links: Array, step: float, work: Array) -> None:
-    """Add each link's articulated inertia and force to the link before, tip to root."""
-    for k in range(links.shape[0] - 1, 0, -1):
-        a, b, c = work[k, II], work[k, IX], work[k, IZ]
-        over = 1.0 / (a + links[k, _ARMATURE] + step * work[k, LOSS])
-        work[k, TORQUE] -= work[k, FI]
-        work[k, OVER] = over
-        own = work[k, TORQUE] * over
-        xx, xz, zz = work[k, XX], work[k, XZ], work[k, ZZ]
-        xx, xz, zz = xx - b * b * over, xz - b * c * over, zz - c * c * over
-        ii, ix, iz = a - a * a * over, b - a * b * over, c - a * c * over
-        rx, rz, cx, cz = work[k, RX], work[k, RZ], work[k, CX], work[k, CZ]
-        fi = work[k, FI] + ix * cx + iz * cz + a * own
-        fx = work[k, FX] + xx * cx + xz * cz + b * own
-        fz = work[k, FZ] + xz * cx + zz * cz + c * own
-        at_x, at_z = ix + xx * rz - xz * rx, iz + xz * rz - zz * rx
-        work[k - 1, II] += ii + rz * ix - rx * iz + rz * at_x - rx * at_z
-        work[k - 1, IX] += at_x
-        work[k - 1, IZ] += at_z
-        work[k - 1, XX] += xx
-        work[k - 1, XZ] += xz
-        work[k - 1, ZZ] += zz
-        work[k - 1, FI] += fi + rz * fx - rx * fz
-        work[k - 1, FX] += fx
-        work[k - 1, FZ] += fz
-
-
-@compile_part
-def _root(work: Array, foot: Array) -> tuple[float, float, float]:
-    """Return the acceleration of a free root, turn, forward, up, less gravity.
-
-    Args:
-        work: of the links.
-        foot: force forward, up and torque of the ground.
-    """
-    a, b, c = work[0, II], work[0, IX], work[0, IZ]
-    d, e, f = work[0, XX], work[0, XZ], work[0, ZZ]
-    fx, fz = foot[0] - work[0, FX], foot[1] - work[0, FZ]
-    over = 1.0 / (d * f - e * e)
-    xx, xz, zz = f * over, -e * over, d * over
-    along, above = b * xx + c * xz, b * xz + c * zz
-    torque = foot[2] - work[0, FI] - along * fx - above * fz
-    turn = torque / (a - along * b - above * c)
-    fx, fz = fx - b * turn, fz - c * turn
-    return turn, xx * fx + xz * fz, xz * fx + zz * fz
 
 
 step_chains: Callable[..., None] = compiled(_step_chains)

@@ -86,7 +86,7 @@ def settle(
     free = moving_dofs(model, foot)
     data.joint("rotor").qpos[:] = start_angle - world_angle(data)
     data.xfrc_applied[model.body("top").id, [0, 2]] = pull
-    chain = read_chain(model, still=True)
+    chain = read_chain(model)
     stiffness = static_stiffness(model, data, free, chain=chain)
     force = static_force(model, data)[free]
     for _ in range(_ROUNDS):
@@ -122,7 +122,7 @@ def hold_top(model: mujoco.MjModel, data: mujoco.MjData, x: float, z: float) -> 
         InputError: when no force in this plane holds it there.
     """
     free, top = moving_dofs(model, "fixed"), model.body("top").id
-    pull, jacobian, chain = np.zeros(2), np.empty((3, model.nv)), read_chain(model, still=True)
+    pull, jacobian, chain = np.zeros(2), np.empty((3, model.nv)), read_chain(model)
     for _ in range(_ROUNDS):
         data.xfrc_applied[top, [0, 2]] = pull
         stiffness = static_stiffness(model, data, free, chain=chain)
