@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from tests.diagnose.hidden import DOCUMENT, SHAPE, Asked, runs_of, truth
 from workbench.diagnose import HopperRig
 from workbench.diagnose.fits import Fits
-from workbench.diagnose.held_out import unseen
+from workbench.diagnose.held_out import root_of, unseen
+from workbench.diagnose.linear import eliminated
 from workbench.fit import Estimator, ParameterVector
 
 ASKED = (Asked("decay", 0.1, 2.0), Asked("decay", 0.15, 2.0))
@@ -33,3 +34,15 @@ def test_what_is_unseen_costs_what_it_adds_to_a_fit_of_all() -> None:
     last = Estimator.of(system, ParameterVector(system.parameters), one.estimator.noise, threads=1)
     (held,) = unseen(one, last)
     assert float(held.sum()) == pytest.approx(added, abs=1.5)
+
+
+def test_what_runs_say_of_their_own_numbers_leaves_a_root_of_the_others() -> None:
+    """Cameras ten times as good: the difference that is left is below what rounding takes."""
+    own = np.array([True, False, False])
+    jacobian = np.array([[1e9, 1e9, 1.0], [1e9, 1e9, 3.0], [0.0, 0.0, 2.0]])
+    left = eliminated(jacobian.T @ jacobian, own)
+    assert np.linalg.eigvalsh(left).min() < 0
+    root = root_of(left)
+    assert np.isfinite(root).all()
+    assert np.linalg.eigvalsh(root.T @ root).min() >= 0
+    assert (root.T @ root)[1, 1] == pytest.approx(left[1, 1], rel=0.01)

@@ -1,4 +1,4 @@
-"""The mesh of the beam: the runs choose it before any cause is looked for."""
+"""The mesh of the beam: the runs choose it before any cause is looked for, and once more after."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.diagnose.hidden import DOCUMENT
+from tests.diagnose.hidden import DOCUMENT, Asked, runs_of, truth
 from tests.identify.robots import MODEL, SHAPE, released
 from workbench.diagnose import Diagnosis, HopperRig, diagnose
 from workbench.fit import FINER
@@ -39,3 +39,24 @@ def test_the_model_s_own_beam_is_kept_where_the_runs_are_of_such_a_one(tmp_path:
     assert found.extended is not None
     assert load_model(str(found.extended.source), Path()).content.increments == 16
     assert finer_beam(found) is None
+
+
+@pytest.mark.budget(60)
+def test_a_mesh_that_a_base_took_for_a_cause_is_given_back(tmp_path: Path) -> None:
+    """Without friction in the hinges, runs of a beam of 16 increments prefer one of 32."""
+    robot = truth(1, {"hinge_coulomb_friction": {"torque": 7e-4}})
+    asked = (
+        Asked("decay", 0.3, 2.5),
+        Asked("decay", 0.8, 2.5),
+        Asked("decay", 0.6, 2.5, "held_out"),
+    )
+    told: list[str] = []
+    rig = HopperRig(runs_of(robot, 1, asked), DOCUMENT, SHAPE)
+    found = diagnose(rig, tmp_path, progress=lambda text: told.append(str(text)), threads=1)
+    print(found)
+    assert (found.kind, [one.name for one in found.causes]) == ("NAMED", ["hinge_coulomb_friction"])
+    assert any("by the other mesh" in text for text in told)
+    assert found.extended is not None
+    assert load_model(str(found.extended.source), Path()).content.increments == 16
+    torque = found.causes[0].quantities["torque"]
+    assert torque.low < 7e-4 < torque.high

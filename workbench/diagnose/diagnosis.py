@@ -23,8 +23,8 @@ from workbench.diagnose.decide import Kind, Part, both, versus
 from workbench.diagnose.drive_part import drive_part
 from workbench.diagnose.findings import Alternative, Cause, Refit
 from workbench.diagnose.fits import Fits
-from workbench.diagnose.hypothesis import Hypothesis
-from workbench.diagnose.observer_part import observer_part
+from workbench.diagnose.hypothesis import Hypothesis, by_cost
+from workbench.diagnose.observer_part import ObserverPart, observer_part
 from workbench.diagnose.rig import HopperRig, Rig
 from workbench.diagnose.rules import Rules
 from workbench.diagnose.screening import Promise
@@ -193,11 +193,14 @@ def diagnose(
     sound = soundness(rig)
     fits = Fits(rig, rules, progress, threads, {fault.run for fault in sound.faults})
     fits.progress = portion(progress, 0.1, 0.4)
-    fits, base = _base(fits)
-    rig = fits.rig
-    fits.progress = portion(progress, 0.4, 0.85)
+    fits, base, other = _base(fits)
+    fits.progress = portion(progress, 0.4, 0.75)
     observer = observer_part(fits, base)
-    base = observer.base
+    if other is not None and (better := _by_other_mesh(fits, other, observer)) is not None:
+        fits, base = better
+        fits.progress = portion(progress, 0.75, 0.85)
+        observer = observer_part(fits, base)
+    rig, base = fits.rig, observer.base
     drive = drive_part(fits, observer.best)
     parts = {"observer": observer.part}
     if drive is not None:
@@ -238,27 +241,54 @@ def diagnose(
     )  # fmt: skip
 
 
-def _base(fits: Fits) -> tuple[Fits, Hypothesis]:
-    """Fit the base by the mesh that the runs prefer, the model's own or a finer one.
+def _base(fits: Fits) -> tuple[Fits, Hypothesis, Fits | None]:
+    """Return fits by the mesh that the runs prefer, with the base fitted, and those by the other.
 
     Too coarse a mesh bends otherwise than the strip does, which causes then make up for. Runs whose
-    foot is held show it, and take less time.
+    foot is held show it, and take less time. The other are of such runs, and None where there is no
+    other mesh.
     """
     fits.progress("fit the base within its tolerances")
     finer, landing = fits.rig.finer(), fits.landing
     if finer is None or len(landing) == len(fits.train):
-        return fits, fits.base()
+        return fits, fits.base(), None
     still = fits.of(fits.rig, landing) if landing else fits
     base = still.base()
     fits.progress("fit it with a finer beam")
     fine = fits.of(finer, landing)
     other = fine.whole((), base.values)
     if other.cost < base.cost:
-        still, base = fine, other
+        still, fine, base = fine, still, other
     if not landing:
-        return still, base
+        return still, base, fine
     fits = fits.of(still.rig)
-    return fits, fits.whole((), base.values)
+    return fits, fits.whole((), base.values), fine
+
+
+def _by_other_mesh(fits: Fits, other: Fits, found: ObserverPart) -> tuple[Fits, Hypothesis] | None:
+    """Return fits by the other mesh, with the base fitted, where the cause found prefers it.
+
+    A base without the cause may take a mesh for it: the numbers of a slope were five standard
+    errors off so.
+
+    Args:
+        fits: by the mesh that the base preferred.
+        other: by the other, of the runs whose foot is held.
+        found: what the observer says by the first.
+    """
+    tried = [one for one in found.tried if one.names and found.part.kind != "CLEAN"]
+    if not tried:
+        return None
+    leader = found.best if found.best.names else min(tried, key=by_cost)
+    fits.progress(f"fit {together(leader.names)} by the other mesh")
+    still = leader if not fits.landing else None
+    if still is None:
+        still = fits.of(fits.rig, fits.landing).whole(leader.names, leader.values)
+    turned = other.whole(leader.names, leader.values)
+    if still.cost <= turned.cost:
+        return None
+    whole = other if not fits.landing else fits.of(other.rig)
+    return whole, whole.whole((), turned.values)
 
 
 def _taken(parts: Mapping[str, Part]) -> set[str]:

@@ -199,15 +199,25 @@ class Fits:
         """
         return self.rig.repeats()
 
-    def deviations(self, one: Hypothesis) -> dict[str, float]:
-        """Return the standard error of each parameter.
+    def ended(self, one: Hypothesis) -> Hypothesis:
+        """Return a hypothesis fitted to its minimum; it was compared within a standard error of it.
 
-        It counts the scatter from second to second, and what a fit that ended at a kink of the
-        cost, or close enough to its minimum, would still move.
+        Its derivatives are by differences to both sides.
+        """
+        estimator = one.estimator
+        slopes = estimator.jacobian(one.x, steps=reaches(one.jacobian), central=True)
+        found = minimised(estimator, one.x, most=_STEPS, jacobian=slopes)
+        other = self._hypothesis(one.names, estimator, found.x, found.jacobian)
+        return min(replace(one, jacobian=slopes), other, key=by_cost)
+
+    def deviations(self, one: Hypothesis) -> dict[str, float]:
+        """Return the standard error of each parameter of a hypothesis that is fitted to its end.
+
+        It counts the scatter from second to second, and what a fit that ended at a kink of the cost
+        would still move.
         """
         if one.names not in self._deviations:
-            estimator = one.estimator
-            slopes = estimator.jacobian(one.x, steps=reaches(one.jacobian), central=True)
+            estimator, slopes = one.estimator, one.jacobian
             near = neighbourhood(estimator, one.x, estimator.residuals(one.x), slopes)
             moving = {p.name: not p.flat for p in estimator.vector.parameters}
             solved = near.solved(moving)

@@ -21,7 +21,7 @@ from workbench.diagnose.hypothesis import Hypothesis, blocks_of
 from workbench.diagnose.linear import eliminated
 from workbench.fit import NEAREST, ROBUST, ROUGH, Estimator, ParameterVector, minimum, reaches, soft
 
-__all__ = ["unseen"]
+__all__ = ["root_of", "unseen"]
 
 Array = NDArray[np.float64]
 
@@ -39,8 +39,7 @@ def unseen(one: Hypothesis, estimator: Estimator) -> tuple[Array, ...]:
         estimator: of runs that it has not seen, with its process noise.
     """
     vector = estimator.vector
-    start, (precision, steps) = vector.named(one.values), _posterior(one, vector)
-    root = np.asarray(np.linalg.cholesky(precision).T, dtype=np.float64)
+    start, (root, steps) = vector.named(one.values), _posterior(one, vector)
     rows, cheap = estimator.edges[-2], estimator.near(start)
     found = minimum(
         lambda x: np.concatenate([cheap.residuals(x)[:rows], root @ (x - start)]),
@@ -48,7 +47,7 @@ def unseen(one: Hypothesis, estimator: Estimator) -> tuple[Array, ...]:
         start, vector.bounds, ROBUST, _STEPS, ROUGH,
     )  # fmt: skip
     moved = float(np.sum(soft(root @ (found.x - start), ROBUST)))
-    spread = _log_det(found.jacobian.T @ found.jacobian) - _log_det(precision)
+    spread = _log_det(found.jacobian.T @ found.jacobian) - _log_det(root.T @ root)
     runs = estimator.innovations(found.x, keep=True)
     blocks = [blocks_of(run, estimator.system.sample_s) for run in runs]
     each = (moved + spread) / sum(len(run) for run in blocks)
@@ -56,15 +55,28 @@ def unseen(one: Hypothesis, estimator: Estimator) -> tuple[Array, ...]:
 
 
 def _posterior(one: Hypothesis, vector: ParameterVector) -> tuple[Array, Array]:
-    """Return the precision of numbers after a fit, (p, p), and how far to move them, (p,) [1]."""
+    """Return a root of the numbers' precision after a fit, (p, p), and how far to move them, (p,).
+
+    The precision is R'R [1].
+    """
     fitted, jacobian = one.estimator.vector, one.jacobian
     known = eliminated(jacobian.T @ jacobian, fitted.own)
     names = [p.name for p in fitted.shared]
     order, shared = [names.index(p.name) for p in vector.shared], np.ix_(~vector.own, ~vector.own)
-    precision, steps = np.eye(len(vector)), np.full(len(vector), NEAREST)
-    precision[shared] = known[np.ix_(order, order)] + _FLAT * np.eye(len(order))
+    root, steps = np.eye(len(vector)), np.full(len(vector), NEAREST)
+    root[shared] = root_of(known[np.ix_(order, order)])
     steps[~vector.own] = reaches(jacobian)[~fitted.own][order]
-    return precision, steps
+    return root, steps
+
+
+def root_of(precision: Array) -> Array:
+    """Return R, (p, p), with R'R the precision, at least `_FLAT` along each direction.
+
+    Where runs say much of their own numbers, what is left for shared ones is a small difference,
+    and rounding may take it below nothing.
+    """
+    values, ways = np.linalg.eigh((precision + precision.T) / 2)
+    return np.asarray(np.sqrt(np.maximum(values, _FLAT))[:, None] * ways.T, dtype=np.float64)
 
 
 def _log_det(matrix: Array) -> float:

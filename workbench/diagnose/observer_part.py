@@ -80,11 +80,13 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
     base, tried = _from_best(fits, base, [*singles, *pairs])
     progress(Stage("judge by the runs held out", 0.9))
     tried, part = _decided(fits, base, tried)
-    by_names = {one.names: one for one in (base, *tried)}
-    best = by_names[part.best.names]
+    fits.progress("fit what holds to its end")
+    told = {part.best.names, *(alike.names for alike in part.alike)}
+    ended = {one.names: fits.ended(one) for one in (base, *tried) if one.names in told}
+    best = ended[part.best.names]
     causes: list[Cause] = []
     for alike in part.alike:
-        holder = by_names[alike.names]
+        holder = ended[alike.names]
         for name in alike.names:
             if name not in {one.name for one in causes}:
                 causes.append(_cause(fits.candidates[name], holder, fits))
