@@ -50,12 +50,12 @@ def test_a_mesh_that_a_base_took_for_a_cause_is_given_back(tmp_path: Path) -> No
         Asked("decay", 0.8, 2.5),
         Asked("decay", 0.6, 2.5, "held_out"),
     )
-    told: list[str] = []
+    stages: list[str] = []
     rig = HopperRig(runs_of(robot, 1, asked), DOCUMENT, SHAPE)
-    found = diagnose(rig, tmp_path, progress=lambda text: told.append(str(text)), threads=1)
+    found = diagnose(rig, tmp_path, progress=lambda text: stages.append(str(text)), threads=1)
     print(found)
     assert (found.kind, [one.name for one in found.causes]) == ("NAMED", ["hinge_coulomb_friction"])
-    assert any("by the other mesh" in text for text in told)
+    assert any("by the other mesh" in text for text in stages)
     assert found.extended is not None
     assert load_model(str(found.extended.source), Path()).content.increments == 16
     torque = found.causes[0].quantities["torque"]

@@ -81,8 +81,8 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
     progress(Stage("judge by the runs held out", 0.9))
     tried, part = _decided(fits, base, tried)
     fits.progress("fit what holds to its end")
-    told = {part.best.names, *(alike.names for alike in part.alike)}
-    ended = {one.names: fits.ended(one) for one in (base, *tried) if one.names in told}
+    listed = {part.best.names, *(alike.names for alike in part.alike)}
+    ended = {one.names: fits.ended(one) for one in (base, *tried) if one.names in listed}
     best = ended[part.best.names]
     causes: list[Cause] = []
     for alike in part.alike:
