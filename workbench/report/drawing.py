@@ -60,6 +60,7 @@ def drawn(draw: Callable[[Figure], None], height_in: float) -> Figure:
         figure = matplotlib.figure.Figure(figsize=(_WIDTH_IN, height_in), layout=tight)
         draw(figure)
         figure.align_ylabels()
+        figure.draw_without_rendering()  # labels are aligned after they got their room
     return figure
 
 
