@@ -11,9 +11,9 @@ machine, goes on where one was stopped, and the page tells of all draws that wer
 lie in the work folder's `cases`, their labels in `sealed`; a process of its own answers, which is
 given the case's folder only. With `--reduced` cases have five runs of three seconds without a hop:
 a night holds hundreds. With `--hops` all have twelve runs with three hops among them, and causes of
-about the size that is asked, for to size one on hops takes half an hour. `--of` takes only the cases
-with one of the effects named. With `--flip` the cases of one effect are answered once more by a twin
-that has it with the wrong sign.
+about the size that is asked, for to size one on hops takes half an hour. `--of` takes only the
+cases with one of the effects named. With `--flip` the cases of one effect are answered once more by
+a twin that has it with the wrong sign.
 """
 
 from __future__ import annotations
