@@ -18,7 +18,7 @@ ASKED = (
 )
 
 
-@pytest.mark.budget(60)
+@pytest.mark.long  # 75 s of a core
 def test_play_is_found_from_the_stated_numbers(tmp_path: Path) -> None:
     robot = truth(3, {"root_play": {"gap": GAP}})
     found = diagnose(HopperRig(runs_of(robot, 3, ASKED), DOCUMENT, SHAPE), tmp_path, threads=1)
