@@ -1,8 +1,8 @@
-"""The fixed draw of reduced cases: a small one that every test run diagnoses, and the others.
+"""The fixed draw of reduced cases: a small one of every kind, and the others.
 
 Four hidden effects, a pair, a null and a cause outside the library, most of them from the
-independent engine; the others are diagnosed in the long tests. Their runs are stored in
-`tests/data/bank` (`python -m benchmarks.bank.stored` writes them anew).
+independent engine; the slow ones of it and the others are diagnosed in the long tests. Their runs
+are stored in `tests/data/bank` (`python -m benchmarks.bank.stored` writes them anew).
 """
 
 from __future__ import annotations

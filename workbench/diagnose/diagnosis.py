@@ -276,19 +276,17 @@ def _by_other_mesh(fits: Fits, other: Fits, found: ObserverPart) -> tuple[Fits, 
         other: by the other, of the runs whose foot is held.
         found: what the observer says by the first.
     """
-    tried = [one for one in found.tried if one.names and found.part.kind != "CLEAN"]
-    if not tried:
+    if found.part.kind == "CLEAN" or not found.tried:
         return None
-    leader = found.best if found.best.names else min(tried, key=by_cost)
+    leader = found.best if found.best.names else min(found.tried, key=by_cost)
     fits.progress(f"fit {together(leader.names)} by the other mesh")
-    still = leader if not fits.landing else None
-    if still is None:
-        still = fits.of(fits.rig, fits.landing).whole(leader.names, leader.values)
     turned = other.whole(leader.names, leader.values)
-    if still.cost <= turned.cost:
+    if fits.landing:  # the other fits are without those runs
+        leader = fits.of(fits.rig, fits.landing).whole(leader.names, leader.values)
+    if leader.cost <= turned.cost:
         return None
-    whole = other if not fits.landing else fits.of(other.rig)
-    return whole, whole.whole((), turned.values)
+    other = fits.of(other.rig)
+    return other, other.whole((), turned.values)
 
 
 def _taken(parts: Mapping[str, Part]) -> set[str]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.bundle import Bundle
-from workbench.data_quality import Facts, Fault, hopper_faults
+from workbench.data_quality import Facts, Fault, Recorded, hopper_faults
 from workbench.diagnose.candidates import Candidate, hopper_candidates
 from workbench.diagnose.extension import Effects, write_extension
 from workbench.diagnose.rules import RULES, Rules
@@ -42,7 +42,7 @@ Array = NDArray[np.float64]
 _WARMTH = 1e-3  # share of the stiffness: aluminium's falls by about 5e-4 a degree
 
 
-class Rig(Protocol):
+class Rig(Recorded, Protocol):
     """A mechanical system, its runs, and what may be other than its model says."""
 
     @property
@@ -58,11 +58,6 @@ class Rig(Protocol):
     @property
     def source(self) -> Path:
         """Return the file of the model."""
-        ...
-
-    @property
-    def facts(self) -> Sequence[Facts]:
-        """Return what was measured of each run."""
         ...
 
     @property
@@ -88,10 +83,6 @@ class Rig(Protocol):
     @property
     def whole(self) -> float:
         """Return how many times the noise a free simulation of a whole model may be off."""
-        ...
-
-    def faults(self) -> Sequence[Fault]:
-        """Return the runs that are not what they are said to be."""
         ...
 
     def repeats(self) -> float:
