@@ -131,6 +131,42 @@ def test_a_viewer_that_ends_over_a_recording_says_so(
             viewer.open(path)
 
 
+class Painting:
+    """A viewer whose pictures are given, the last one for ever."""
+
+    def __init__(self, *pictures: bytes) -> None:
+        self.pictures = pictures
+        self.taken = 0
+
+    def take_screenshot(self, view_id: str | None = None) -> bytes:
+        """Return the next."""
+        self.taken += 1
+        return self.pictures[min(self.taken, len(self.pictures)) - 1]
+
+
+def test_a_picture_is_taken_when_it_has_stopped_changing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    viewer = HeadlessViewer()
+    client = Painting(b"loading", b"loading.", b"painted")
+    monkeypatch.setattr(viewer, "_client", client, raising=False)
+    viewer.screenshot(tmp_path / "shot.png")
+    assert (tmp_path / "shot.png").read_bytes() == b"painted"
+    assert client.taken == 4
+
+
+def test_a_picture_that_never_stops_changing_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    viewer = HeadlessViewer()
+    client = Painting(*(str(k).encode() for k in range(100)))
+    monkeypatch.setattr(viewer, "_client", client, raising=False)
+    monkeypatch.setattr("workbench.report.viewer._PAINTING_S", 0.3)
+    with pytest.raises(WorkbenchError, match=r"still changes after 0\.3 s"):
+        viewer.screenshot(tmp_path / "shot.png")
+    assert not (tmp_path / "shot.png").exists()
+
+
 @pytest.mark.viewer
 def test_no_process_is_left_behind(viewer: HeadlessViewer) -> None:
     before = {child.pid for child in psutil.Process().children(recursive=True)}

@@ -33,6 +33,7 @@ _LOCAL = "127.0.0.1"
 _POLL_S = 0.1
 _STARTING_S = 20.0
 _LOADING_S = 60.0
+_PAINTING_S = 10.0
 _STOPPING_S = 5.0
 _VERSION_S = 30.0
 _DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET")
@@ -108,8 +109,24 @@ class HeadlessViewer:
         return self._client.get_state()
 
     def screenshot(self, png: Path, view_id: str | None = None) -> None:
-        """Save the whole window, or the one view, as a PNG."""
-        png.write_bytes(self._client.take_screenshot(view_id))
+        """Save the whole window, or the one view, as a PNG, once it has stopped changing.
+
+        A view goes on loading after the recording is there and lags behind the time cursor by a
+        picture or two, without its state saying so.
+
+        Raises:
+            WorkbenchError: when it still changes after ten seconds.
+        """
+        before = b""
+
+        def painted() -> bytes | None:
+            nonlocal before
+            last, before = before, self._client.take_screenshot(view_id)
+            return before if before == last else None
+
+        png.write_bytes(
+            _until(painted, _PAINTING_S, f"the picture still changes after {_PAINTING_S:g} s")
+        )
 
     def logs(self) -> list[LogEntry]:
         """Return what the viewer said, oldest first."""
