@@ -19,6 +19,7 @@ from tests.fit.filmed import ROBOT, measured, ramp, twin_motion
 from tests.fit.test_mjcf_system import ANGLE_NOISE, PENDULUM, PIVOT, TRUTH, swung
 from workbench.errors import InputError
 from workbench.fit import (
+    ROBUST,
     Channel,
     Estimator,
     Fit,
@@ -99,6 +100,18 @@ def test_a_derivative_at_a_bound_is_taken_to_the_side_that_is_left() -> None:
         moved = np.flatnonzero(np.isfinite(bound))
         norms = np.linalg.norm(found[:, moved], axis=0) / np.linalg.norm(inside[:, moved], axis=0)
         assert np.all((norms > 0.3) & (norms < 3)), norms
+
+
+def test_data_are_robust_and_priors_are_squares() -> None:
+    system = undriven()
+    vector = ParameterVector(system.parameters)
+    estimator = Estimator.of(system, vector, system.strong, threads=1)
+    rows = len(estimator.residuals(np.zeros(len(vector))))
+    assert estimator.robust.shape == (rows,)
+    priors = np.isinf(estimator.robust)
+    assert priors.sum() == vector.weighted.sum() > 0
+    assert not priors[: estimator.edges[-2]].any()
+    assert set(estimator.robust[~priors]) == {ROBUST}
 
 
 def test_secants_go_as_far_as_asked_and_only_in_the_runs_asked() -> None:

@@ -43,6 +43,17 @@ def test_a_number_that_nothing_depends_on_stays() -> None:
     assert found.x == pytest.approx([0.0, 0.7], abs=0.05)
 
 
+def test_wild_data_pull_a_number_no_farther_than_its_prior_lets_them() -> None:
+    """One sample 100 sigma off, c = 4: its pull is 2 c = 8, that of the prior 2 x."""
+    found = minimum(
+        lambda x: np.array([100 - x[0], x[0]]), lambda x: np.array([[-1.0], [1.0]]), np.zeros(1),
+        (np.full(1, -np.inf), np.full(1, np.inf)), np.array([4.0, np.inf]), 20, 1e-6,
+    )  # fmt: skip
+    assert found.converged
+    assert found.x == pytest.approx([4.0], abs=0.02)
+    assert found.cost == pytest.approx(8 * 96 - 32 + 16, abs=2)
+
+
 def test_a_jacobian_is_asked_for_seldom_where_residuals_are_almost_straight() -> None:
     asked = []
 

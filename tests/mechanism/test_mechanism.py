@@ -255,7 +255,7 @@ def test_a_hidden_armature_of_an_arm_is_found_with_inputs_of_another_rate(tmp_pa
     base = fits.base()
     promises = fits.promises(base)
     assert promises[0].name == "elbow_armature"
-    refit = fits.refit(["elbow_armature"], base, promises[0])
+    refit = fits.ended(fits.refit(["elbow_armature"], base, promises[0]))
     assert refit.values["elbow armature"] == pytest.approx(0.003, rel=0.05)
     assert refit.values["elbow at the start of thrown"] == pytest.approx(-0.57, abs=3e-3)
 

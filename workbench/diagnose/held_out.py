@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.hypothesis import Hypothesis, blocks_of
 from workbench.diagnose.linear import eliminated
-from workbench.fit import NEAREST, ROBUST, ROUGH, Estimator, ParameterVector, minimum, reaches, soft
+from workbench.fit import NEAREST, ROBUST, ROUGH, Estimator, ParameterVector, minimum, reaches
 
 __all__ = ["root_of", "unseen"]
 
@@ -44,9 +44,9 @@ def unseen(one: Hypothesis, estimator: Estimator) -> tuple[Array, ...]:
     found = minimum(
         lambda x: np.concatenate([cheap.residuals(x)[:rows], root @ (x - start)]),
         lambda x: np.concatenate([estimator.jacobian(x, None, steps)[:rows], root]),
-        start, vector.bounds, ROBUST, _STEPS, ROUGH,
+        start, vector.bounds, np.repeat([ROBUST, np.inf], [rows, len(root)]), _STEPS, ROUGH,
     )  # fmt: skip
-    moved = float(np.sum(soft(root @ (found.x - start), ROBUST)))
+    moved = float(np.sum((root @ (found.x - start)) ** 2))
     spread = _log_det(found.jacobian.T @ found.jacobian) - _log_det(root.T @ root)
     runs = estimator.innovations(found.x, keep=True)
     blocks = [blocks_of(run, estimator.system.sample_s) for run in runs]

@@ -273,6 +273,12 @@ class Estimator:
         sizes = [self.samples(k) * self.system.seen(k).shape[1] for k in runs]
         return tuple(accumulate([*sizes, int(self.vector.weighted.sum())], initial=0))
 
+    @property
+    def robust(self) -> Array:
+        """Return beyond which size each residual pulls less, (m,); infinite for the priors."""
+        data, every = self.edges[-2:]
+        return np.repeat([ROBUST, np.inf], [data, every - data])
+
 
 def reaches(jacobian: Array) -> Array:
     """Return how far to move each parameter for the next difference, (p,) [prior deviations].

@@ -17,7 +17,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.fit.correction import LONGEST
-from workbench.fit.estimator import NEAREST, ROBUST, Estimator, reaches
+from workbench.fit.estimator import NEAREST, Estimator, reaches
 from workbench.fit.minimise import CLOSE, ROUGH, Minimum, minimum
 from workbench.fit.observer import Innovations, observe
 from workbench.fit.parameters import ParameterVector, Scope
@@ -35,7 +35,7 @@ _FAR = 5.0  # times the strong process noise, where nothing is known
 _GLITCH = 7.0  # deviations of one that is left out
 _WILD = 30.0  # sigma: a glitch that may make a strongly corrected observer lose a hop
 
-_MOST = 10  # evaluations of the residuals in one stage
+_MOST = 20  # evaluations of the residuals in one stage
 _ROUNDS = 4  # of weighing noise and fitting, if the noise has not settled before
 _FIRST_ROUNDS = 2  # the same in the first seconds, which only bring near
 _PASSES = 3  # with coarse steps corrected anew
@@ -200,7 +200,7 @@ def minimised(
         estimator: of the residuals.
         x: (p,) the minimiser's numbers at the start [1].
         free: (p,) which are moved; all where left out.
-        most: evaluations of the residuals.
+        most: evaluations of the residuals, of all passes.
         near: of `minimum`.
         jacobian: (m, p) of the residuals near the start [1], where one is known: it says how far
             differences may reach.
@@ -228,12 +228,13 @@ def minimised(
         cheap = estimator.near(x)
         found = minimum(
             lambda part, cheap=cheap: cheap.residuals(whole(part)), derivative,
-            x[moved], (low[moved], high[moved]), ROBUST, most, near, slopes, radius,
-            estimator.edges,
+            x[moved], (low[moved], high[moved]), estimator.robust, most - count, near, slopes,
+            radius, estimator.edges,
         )  # fmt: skip
         step, slopes = found.x - x[moved], found.jacobian
         x, count, passes = whole(found.x), count + found.evaluations, passes + 1
-        if passes == _PASSES or float(np.sum((slopes @ step) ** 2)) < max(near, _STILL):
+        still = float(np.sum((slopes @ step) ** 2)) < max(near, _STILL)
+        if still or passes == _PASSES or count >= most:
             break
     columns = np.zeros((len(found.residuals), len(x)))
     columns[:, moved] = slopes

@@ -2,6 +2,9 @@
 
     cost(x) = sum of rho(r_i(x)),   rho(r) = 2 c^2 (sqrt(1 + (r / c)^2) - 1)   (soft L1)
 
+A prior's c is infinite, so that rho(r) = r^2: a number may be as far off as its prior says, however
+wild the data.
+
 The region is a ball in the minimiser's numbers, prior deviations, so that its first radius does not
 depend on where the origin is. A step that is predicted to lower the cost by little is far inside
 every interval: with H = J' w J, the decrease s' H s that is left is the squared distance to the
@@ -59,14 +62,14 @@ class Minimum(NamedTuple):
     cost: float
 
 
-def soft(residuals: Array, scale: float) -> Array:
+def soft(residuals: Array, scale: float | Array) -> Array:
     """Return the robust squares of residuals, (m,) [1]: r^2 near zero, 2 c r far beyond c.
 
     Args:
         residuals: (m,) [sigma].
-        scale: c [sigma].
+        scale: c, one or (m,) [sigma]; infinite is not robust.
     """
-    return 2 * scale**2 * (np.sqrt(1 + (residuals / scale) ** 2) - 1)
+    return 2 * residuals**2 / (1 + np.sqrt(1 + (residuals / scale) ** 2))
 
 
 def minimum(
@@ -74,7 +77,7 @@ def minimum(
     derivative: Callable[[Array], Array],
     start: Array,
     bounds: tuple[Array, Array],
-    scale: float,
+    scale: float | Array,
     most: int,
     near: float = CLOSE,
     jacobian: Array | None = None,
@@ -88,7 +91,7 @@ def minimum(
         derivative: their Jacobian, (m, p) [1].
         start: (p,) within the bounds [prior deviations].
         bounds: least and greatest numbers, (p,) each [prior deviations].
-        scale: residuals beyond it pull less.
+        scale: c, one or (m,); residuals beyond it pull less.
         most: evaluations of the residuals.
         near: squared distance to the minimum that may be left, in standard errors.
         jacobian: (m, p) near the start [1], where one is known.

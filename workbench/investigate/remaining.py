@@ -26,7 +26,7 @@ from workbench.diagnose import (
     together,
     versus,
 )
-from workbench.fit import ROBUST, Parameter
+from workbench.fit import Parameter
 
 __all__ = ["BEYOND", "MOST", "Remaining", "remaining"]
 
@@ -158,8 +158,7 @@ def _information(one: Hypothesis) -> tuple[dict[str, int], Array]:
     """Return what the fitted runs and the priors say of the shared parameters, (p, p)."""
     estimator, vector = one.estimator, one.estimator.vector
     jacobian = one.jacobian if len(one.jacobian) else estimator.jacobian(one.x)
-    weights = 1 / np.sqrt(1 + (estimator.residuals(one.x) / ROBUST) ** 2)
-    weights[len(weights) - int(vector.weighted.sum()) :] = 1.0
+    weights = 1 / np.sqrt(1 + (estimator.residuals(one.x) / estimator.robust) ** 2)
     curvature = jacobian.T @ (jacobian * weights[:, None]) + _FREED * np.eye(len(vector))
     known = {p.name: i for i, p in enumerate(vector.shared)}
     return known, eliminated(curvature, vector.own)
