@@ -12,6 +12,7 @@ moment for any number of increments, and the discretisation error falls with its
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 __all__ = ["Hinge", "hinges"]
 
 _RIGID = 1e-12  # [rad/(N m)] a hinge of less compliance is left out
+_KEPT = 64  # shapes; a fit starts one of them thousands of times
 
 
 class Hinge(NamedTuple):
@@ -49,7 +51,7 @@ def hinges(
     """
     if increments == len(angles):
         return _listed(angles, values)
-    bend = _bends(angles, increments)
+    bend = _bends(tuple(angles), increments)
     compliance = _yielding(len(angles), increments) / values["hinge_stiffness"]
     ratio = values["hinge_damping"] / values["hinge_stiffness"]
     root = 1 / (1 / values["root_stiffness"] + compliance[0])
@@ -66,7 +68,8 @@ def hinges(
     return tuple(chain)
 
 
-def _bends(angles: Sequence[float], increments: int) -> NDArray[np.float64]:
+@lru_cache(_KEPT)
+def _bends(angles: tuple[float, ...], increments: int) -> NDArray[np.float64]:
     """Return the angle at rest of each hinge of a chain but for alpha_0, (n,) [rad]."""
     ends = np.arange(len(angles)) + 0.5  # of the listed hinges' parts, in listed increments
     turned = np.concatenate([[0.0], np.cumsum(angles[1:])])
@@ -76,6 +79,7 @@ def _bends(angles: Sequence[float], increments: int) -> NDArray[np.float64]:
     return _by_levers(sideways + np.maximum(places - ends[-1], 0.0) * turned[-1], places)
 
 
+@lru_cache(_KEPT)
 def _yielding(listed: int, increments: int) -> NDArray[np.float64]:
     """Return how much each hinge of a chain yields, (n,) [of a listed hinge]."""
     places = _places(listed, increments)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal, get_args
 
 import mujoco
@@ -82,7 +83,7 @@ class Robot:
         """Return a hash that equal robots have in common."""
         return hash((frozenset(self.values.items()), self.edits, self.steps_per_sample))
 
-    @property
+    @cached_property
     def hinges(self) -> tuple[Hinge, ...]:
         """Return the beam's chain."""
         return hinges(self.angles, self.values, self.increments)
