@@ -97,7 +97,7 @@ def test_what_is_left_beside_a_cause_is_told() -> None:
     assert "a or another like it explains 75 %" in either.reason
     most = decide(BASE, [scored("a", gain=800, lack=1.5)], SAMPLES, RULES)
     assert most.kind == "NAMED"
-    assert most.reason.endswith("with it the model misses 1.5 times what a whole one may still")
+    assert most.reason.endswith("with it the model misses 1.50 times what a whole one may still")
     none = decide(BASE, [scored("a", gain=800, lack=19)], SAMPLES, RULES)
     assert none.kind == "NONE"
     assert "a would explain next to none" in none.reason

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.rules import Rules
-from workbench.diagnose.wording import together
+from workbench.diagnose.wording import digits, together
 
 __all__ = ["Kind", "Part", "Scored", "Versus", "both", "chosen", "comparable", "decide", "versus"]
 
@@ -384,4 +384,4 @@ def _without(
 
 
 def _missing_words(missing: float) -> str:
-    return f"the model misses {missing:.2g} times what a whole one may"
+    return f"the model misses {digits(missing)} times what a whole one may"
