@@ -56,7 +56,7 @@ def test_the_causes_have_their_size(case: Case) -> None:
 
 
 SLOW = (1, 2, 9)
-"""Cases of the small draw that are fitted by both meshes: 57 to 124 s of a core."""
+"""Cases of the small draw that miss much, and are fitted by both meshes: 56 to 100 s of a core."""
 
 
 def on_its_own(case: Case) -> ParameterSet:

@@ -6,13 +6,13 @@ zero, or a number of the model that is freed from its tolerance.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 from workbench.fit import Parameter, Scope
 from workbench.sim import EFFECTS, Effect
 
-__all__ = ["Candidate", "hopper_candidates"]
+__all__ = ["Candidate", "Candidates", "hopper_candidates"]
 
 _FREES = {
     "hinge_stiffness": ("hinge_stiffness",),
@@ -72,6 +72,33 @@ class Candidate:
     def absent(self) -> tuple[Parameter, ...]:
         """Return the quantities that are zero at least, and zero as stated."""
         return tuple(p for p in self.quantities.values() if p.low == p.nominal == 0)
+
+
+class Candidates(dict[str, Candidate]):
+    """Candidates by name."""
+
+    @classmethod
+    def of(cls, every: Iterable[Candidate]) -> Candidates:
+        """Return some candidates by name."""
+        return cls((one.name, one) for one in every)
+
+    def frees(self, name: str) -> bool:
+        """Return whether a candidate frees numbers of the model, and adds none."""
+        return name in self and bool(self[name].frees)
+
+    def numbers(self, names: Collection[str]) -> int:
+        """Return how many numbers some candidates release."""
+        return sum(len(self[name].quantities) + len(self[name].frees) for name in names)
+
+    def parts(self, name: str) -> tuple[Candidate, ...]:
+        """Return the candidates that have a number for each element of one that they share."""
+        every = [self[one] for one in self[name].instead_of]
+        return tuple(one for one in every if not one.instead_of and not one.frees)
+
+    def shared(self, names: Collection[str]) -> frozenset[str]:
+        """Return the candidates that are cases of some others, which have all of their parts."""
+        found = {name: {one.name for one in self.parts(name)} for name in self}
+        return frozenset(name for name, parts in found.items() if parts and parts <= {*names})
 
 
 def hopper_candidates(

@@ -23,8 +23,8 @@ from workbench.diagnose.decide import Kind, Part, both, versus
 from workbench.diagnose.drive_part import drive_part
 from workbench.diagnose.findings import Alternative, Cause, Refit
 from workbench.diagnose.fits import Fits
-from workbench.diagnose.hypothesis import Hypothesis, by_cost
-from workbench.diagnose.observer_part import ObserverPart, observer_part
+from workbench.diagnose.hypothesis import Hypothesis
+from workbench.diagnose.observer_part import ObserverPart, observer_part, shortlisted
 from workbench.diagnose.rig import HopperRig, Rig
 from workbench.diagnose.rules import Rules
 from workbench.diagnose.screening import Promise
@@ -192,14 +192,8 @@ def diagnose(
     progress(Stage("look for faults in the runs", 0.0))
     sound = soundness(rig)
     fits = Fits(rig, rules, progress, threads, {fault.run for fault in sound.faults})
-    fits.progress = portion(progress, 0.1, 0.4)
-    fits, base, other = _base(fits)
-    fits.progress = portion(progress, 0.4, 0.75)
-    observer = observer_part(fits, base)
-    if other is not None and (better := _by_other_mesh(fits, other, observer)) is not None:
-        fits, base = better
-        fits.progress = portion(progress, 0.75, 0.85)
-        observer = observer_part(fits, base)
+    observer = _observed(fits, progress)
+    fits = observer.fits
     rig, base = fits.rig, observer.base
     drive = drive_part(fits, observer.best)
     parts = {"observer": observer.part}
@@ -216,7 +210,7 @@ def diagnose(
     effects = {
         one.name: {key: (q.value, q.error) for key, q in one.quantities.items()}
         for one in causes
-        if one.name in _taken(parts) and one.quantities and not fits.frees(one.name)
+        if one.name in _taken(parts) and one.quantities and not fits.candidates.frees(one.name)
     }
     values = {p.name: observer.best.values[p.name] for p in rig.base}
     out.mkdir(parents=True, exist_ok=True)
@@ -227,9 +221,9 @@ def diagnose(
     before = {p.name: base.values[p.name] for p in rig.base}
     errors = rig.errors(fits.held, before, angles[0], threads)
     if kind == "CLEAN" and errors is not None and errors.rmse > rig.whole * errors.noise_floor:
-        times = errors.rmse / errors.noise_floor
+        times = digits(errors.rmse / errors.noise_floor)
         kind = "NONE"
-        reason = f"simulated freely, the runs held out are {times:.2g} times their noise off"
+        reason = f"simulated freely, the runs held out are {times} times their noise off"
         reason += ", and no known cause explains it"
     return Diagnosis(
         rig, kind, tuple(causes), reason, _alternatives(fits, parts), base, observer.best,
@@ -241,52 +235,92 @@ def diagnose(
     )  # fmt: skip
 
 
-def _base(fits: Fits) -> tuple[Fits, Hypothesis, Fits | None]:
-    """Return fits by the mesh that the runs prefer, with the base fitted, and those by the other.
+@dataclass(frozen=True, eq=False)
+class _Mesh:
+    """One mesh of the beam.
+
+    Args:
+        still: fits by it of the runs whose foot is held.
+        base: of those.
+    """
+
+    still: Fits
+    base: Hypothesis
+
+    def every(self, fits: Fits) -> tuple[Fits, Hypothesis]:
+        """Return fits by it of all runs that other fits have, and their base."""
+        if not fits.landing:
+            return self.still, self.base
+        fits = fits.of(self.still.rig)
+        return fits, fits.whole((), self.base.values)
+
+    def prefers(self, fits: Fits, leader: Hypothesis) -> bool:
+        """Return whether a hypothesis with causes, of other fits, is likelier by it."""
+        fits.progress(f"fit {together(leader.names)} by the other mesh")
+        if fits.landing:
+            fits = fits.of(fits.rig, fits.landing)
+            leader = fits.whole(leader.names, leader.values)
+        leader = fits.weighed(leader)
+        return _moved(leader, fits, self.still).cost < leader.cost
+
+
+def _meshes(fits: Fits) -> list[_Mesh]:
+    """Return the meshes of the beam, that which the base prefers first, with the base fitted.
 
     Too coarse a mesh bends otherwise than the strip does, which causes then make up for. Runs whose
-    foot is held show it, and take less time. The other are of such runs, and None where there is no
-    other mesh.
+    foot is held show it, and take less time. Where there are none, or no finer mesh, it is one.
     """
     fits.progress("fit the base within its tolerances")
     finer, landing = fits.rig.finer(), fits.landing
     if finer is None or len(landing) == len(fits.train):
-        return fits, fits.base(), None
+        return [_Mesh(fits, fits.base())]
     still = fits.of(fits.rig, landing) if landing else fits
     base = still.base()
     fits.progress("fit it with a finer beam")
     fine = fits.of(finer, landing)
-    other = fine.whole((), base.values)
-    if other.cost < base.cost:
-        still, fine, base = fine, still, other
-    if not landing:
-        return still, base, fine
-    fits = fits.of(still.rig)
-    return fits, fits.whole((), base.values), fine
+    meshes = [_Mesh(still, base), _Mesh(fine, _moved(base, still, fine))]
+    return sorted(meshes, key=lambda mesh: mesh.base.cost)
 
 
-def _by_other_mesh(fits: Fits, other: Fits, found: ObserverPart) -> tuple[Fits, Hypothesis] | None:
-    """Return fits by the other mesh, with the base fitted, where the cause found prefers it.
+def _moved(one: Hypothesis, fits: Fits, other: Fits) -> Hypothesis:
+    """Return a hypothesis of some fits by the mesh of others, which have the same runs.
+
+    Where it misses much the way is not straight, and it is fitted by the whole recipe.
+    """
+    return other.moved(one) if fits.missing(one) <= 1 else other.whole(one.names, one.values)
+
+
+def _observed(fits: Fits, progress: Progress) -> ObserverPart:
+    """Return what the observer says, by the mesh that the leading cause prefers.
 
     A base without the cause may take a mesh for it: the numbers of a slope were five standard
-    errors off so.
+    errors off so. The cause that leads alone is asked before any other work, and what is found in
+    the end once more where that is another.
 
     Args:
-        fits: by the mesh that the base preferred.
-        other: by the other, of the runs whose foot is held.
-        found: what the observer says by the first.
+        fits: of all runs.
+        progress: of the whole diagnosis.
     """
-    if found.part.kind == "CLEAN" or not found.tried:
-        return None
-    leader = found.best if found.best.names else min(found.tried, key=by_cost)
-    fits.progress(f"fit {together(leader.names)} by the other mesh")
-    turned = other.whole(leader.names, leader.values)
-    if fits.landing:  # the other fits are without those runs
-        leader = fits.of(fits.rig, fits.landing).whole(leader.names, leader.values)
-    if leader.cost <= turned.cost:
-        return None
-    other = fits.of(other.rig)
-    return other, other.whole((), turned.values)
+    fits.progress = portion(progress, 0.1, 0.4)
+    own, *others = _meshes(fits)
+    fits, base = own.every(fits)
+    fits.progress = portion(progress, 0.4, 0.75)
+    listed = shortlisted(fits, base)
+    gain = base.cost - listed.leader.cost
+    asked = listed.leader if gain > fits.rules.least_gain else base
+    for other in others:
+        if asked.names and other.prefers(fits, asked):
+            own, others = other, [own]
+            fits, base = own.every(fits)
+            fits.progress = portion(progress, 0.4, 0.75)
+            listed = shortlisted(fits, base)
+    found = observer_part(fits, listed)
+    for other in others:
+        if found.leader.names not in ((), asked.names) and other.prefers(fits, found.leader):
+            fits, base = other.every(fits)
+            fits.progress = portion(progress, 0.75, 0.85)
+            return observer_part(fits, shortlisted(fits, base))
+    return found
 
 
 def _taken(parts: Mapping[str, Part]) -> set[str]:

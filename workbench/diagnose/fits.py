@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.diagnose.candidates import Candidates
 from workbench.diagnose.drive import DriveFits, drive_fits
 from workbench.diagnose.held_out import unseen
 from workbench.diagnose.hypothesis import Hypothesis, blocks_of, by_cost
@@ -21,8 +22,8 @@ from workbench.diagnose.rig import Rig
 from workbench.diagnose.rules import Rules
 from workbench.diagnose.screening import Promise, columns_of, neighbourhood, pairs_without, screened
 from workbench.fit import (
+    CLOSE,
     NEAREST,
-    ROBUST,
     ROUGH,
     Estimator,
     Hopper,
@@ -79,9 +80,10 @@ class Fits:
         runs = [k for k in range(len(rig.roles)) if k not in left_out]
         self.train = [k for k in runs if rig.roles[k] == "train"]
         self.held = [k for k in runs if rig.roles[k] != "train"]
-        self.candidates = {one.name: one for one in rig.candidates}
+        self.candidates = Candidates.of(rig.candidates)
         self._held: dict[bool, Estimator] = {}
         self._limited: dict[Hypothesis, Hypothesis] = {}
+        self._weighed: dict[Hypothesis, Hypothesis] = {}
         self._judged: dict[Hypothesis, tuple[Array, ...]] = {}
         self._deviations: dict[tuple[str, ...], dict[str, float]] = {}
 
@@ -168,30 +170,6 @@ class Fits:
         seen = self._nominal.seen
         return sum(int(np.isfinite(seen(k)).sum()) for k in range(len(self.train)))
 
-    def frees(self, name: str) -> bool:
-        """Return whether a candidate frees numbers of the model, and adds none."""
-        return name in self.candidates and bool(self.candidates[name].frees)
-
-    def numbers(self, names: Collection[str]) -> int:
-        """Return how many numbers some candidates release."""
-        every = [self.candidates[name] for name in names]
-        return sum(len(one.quantities) + len(one.frees) for one in every)
-
-    def unlike(self, name: str) -> bool:
-        """Return whether a candidate makes another machine, so that the base promises nothing."""
-        return self.candidates[name].unlike
-
-    def parts(self, name: str) -> tuple[str, ...]:
-        """Return the candidates that have a number for each element of one that they share."""
-        every = [self.candidates[one] for one in self.candidates[name].instead_of]
-        return tuple(one.name for one in every if not one.instead_of and not one.frees)
-
-    def shared(self, names: Collection[str]) -> frozenset[str]:
-        """Return the candidates that are cases of some others, which have all of their parts."""
-        return frozenset(
-            name for name in self.candidates if (parts := self.parts(name)) and {*parts} <= {*names}
-        )
-
     def repeats(self) -> float:
         """Return how often innovations repeat one another; 1 where they are white.
 
@@ -254,15 +232,13 @@ class Fits:
             leader, at.names, promises, self.candidates, self._moving, self.rules.seconds
         )
 
-    def refit(
-        self, names: Sequence[str], near: Hypothesis, promise: Promise, wide: bool = True
-    ) -> Hypothesis:
+    def refit(self, names: Sequence[str], near: Hypothesis, promise: Promise) -> Hypothesis:
         """Fit a hypothesis from a neighbour and what was promised there, at the same process noise.
 
         Only the end is simulated in full steps; on the way what coarse ones do otherwise is taken
         to be what it is at the neighbour, and derivatives are those there, brought up to date.
         A point far off T makes other inputs, so that such a hypothesis is fitted as the base is, as
-        is one of another machine, from what it has more of as well if that is to begin wide.
+        is one of another machine.
         """
         others = {p.name for n in near.names for p in self.candidates[n].quantities.values()}
         known = {name: value for name, value in near.values.items() if name in others}
@@ -270,7 +246,7 @@ class Fits:
             return self.whole(tuple(names), known | self._shown)
         added = [self.candidates[name] for name in names if name not in near.names]
         if any(one.unlike for one in added):
-            absent = [p for one in added if one.unlike and wide for p in one.absent]
+            absent = [p for one in added if one.unlike for p in one.absent]
             return self._either(tuple(names), known, {p.name: _WIDE * p.deviation for p in absent})
         estimator, x = self._estimator(near, self._released(names))
         exact = estimator.residuals_of(near.estimator.innovations(near.x, keep=True), x)
@@ -283,11 +259,11 @@ class Fits:
         for start in (goal, x):
             found = minimum(
                 cheap.residuals, lambda _: slopes, np.clip(start, low + _OFF, high - _OFF),
-                (low, high), ROBUST, _STEPS, ROUGH, slopes, edges=estimator.edges,
+                (low, high), estimator.robust, _STEPS, ROUGH, slopes, edges=estimator.edges,
             )  # fmt: skip
             if best is None or found.cost < best.cost:
                 best = found
-            if best.cost < float(np.sum(soft(exact, ROBUST))):
+            if best.cost < float(np.sum(soft(exact, estimator.robust))):
                 break
         assert best is not None
         return self._hypothesis(tuple(names), estimator, best.x, best.jacobian)
@@ -310,7 +286,9 @@ class Fits:
 
     def weighed(self, one: Hypothesis) -> Hypothesis:
         """Return a hypothesis fitted again at the process noise that makes it most likely."""
-        estimator, x, slopes = one.estimator, one.x, None
+        if one in self._weighed:
+            return self._weighed[one]
+        given, estimator, x, slopes = one, one.estimator, one.x, None
         for _ in range(_ROUNDS):
             weighed = likeliest(estimator, x, up=0)
             if weighed.noise == estimator.noise:
@@ -319,6 +297,7 @@ class Fits:
             found = minimised(estimator, x, most=_STEPS, near=ROUGH, jacobian=slopes)
             slopes = found.jacobian
             one, x = self._hypothesis(one.names, estimator, found.x, found.jacobian), found.x
+        self._weighed[given] = one
         return one
 
     def again(self, one: Hypothesis, near: Hypothesis) -> Hypothesis:
@@ -326,10 +305,18 @@ class Fits:
 
         The cost of a hop jumps where a landing comes a sample sooner, so that fits end apart.
         """
-        estimator, x = self._estimator(near, self._released(one.names))
-        found = minimised(estimator, x, most=_STEPS, near=ROUGH)
-        other = self._hypothesis(one.names, estimator, found.x, found.jacobian)
-        return min(one, other, key=by_cost)
+        return min(one, self._from(one.names, near, ROUGH), key=by_cost)
+
+    def moved(self, one: Hypothesis) -> Hypothesis:
+        """Return a hypothesis of the same runs by another mesh, fitted by this one from its end."""
+        return self.weighed(self._from(one.names, one, CLOSE, one.jacobian))
+
+    def _from(
+        self, names: tuple[str, ...], near: Hypothesis, end: float, slopes: Array | None = None
+    ) -> Hypothesis:
+        estimator, x = self._estimator(near, self._released(names))
+        found = minimised(estimator, x, most=_STEPS, near=end, jacobian=slopes)
+        return self._hypothesis(names, estimator, found.x, found.jacobian)
 
     def _released(self, names: Sequence[str]) -> list[Parameter]:
         """Return the parameters of a hypothesis; those that are released have no prior."""

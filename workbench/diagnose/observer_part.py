@@ -19,7 +19,7 @@ from workbench.diagnose.wording import together
 from workbench.fit import LIMITS, Scope
 from workbench.progress import Stage
 
-__all__ = ["ObserverPart", "observer_part"]
+__all__ = ["ObserverPart", "Shortlist", "observer_part", "shortlisted"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +34,7 @@ class ObserverPart:
         tried: all that were fitted.
         promises: of each candidate, seen from the base.
         refit: what the fit changed of the model's own numbers.
+        fits: that said it.
     """
 
     part: Part
@@ -43,31 +44,73 @@ class ObserverPart:
     tried: tuple[Hypothesis, ...]
     promises: tuple[Promise, ...]
     refit: tuple[Refit, ...]
+    fits: Fits
+
+    @property
+    def leader(self) -> Hypothesis:
+        """Return what holds, or is likeliest where something is missing; else the base."""
+        if self.best.names or self.part.kind == "CLEAN":
+            return self.best
+        return min((self.base, *self.tried), key=by_cost)
 
 
-def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
-    """Return what the observer says of the candidates."""
+@dataclass(frozen=True, eq=False)
+class Shortlist:
+    """Causes that promise most, each fitted alone.
+
+    Args:
+        base: without causes.
+        promises: of each candidate, seen from the base, most first.
+        singles: hypotheses of one cause each, in their order.
+        hidden: whether the base asks for process noise that hides what a cause would do.
+    """
+
+    base: Hypothesis
+    promises: tuple[Promise, ...]
+    singles: tuple[Hypothesis, ...]
+    hidden: bool
+
+    @property
+    def leader(self) -> Hypothesis:
+        """Return the likeliest; the base where nothing is."""
+        return min((self.base, *self.singles), key=by_cost)
+
+
+def shortlisted(fits: Fits, base: Hypothesis) -> Shortlist:
+    """Fit the causes that promise most.
+
+    Where something is hidden, those that it hides and those of another machine are fitted by the
+    whole recipe, until one leaves no more than a whole model may.
+    """
     rules, progress = fits.rules, fits.progress
     progress(Stage("see what each candidate promises", 0.0))
     promises = fits.promises(base)
     little = rules.promised * rules.size * fits.samples()
     most = promises[0].gain if promises else 0.0
-    hidden = fits.missing(base) > 1  # process noise that is asked for hides what a cause would do
+    hidden = fits.missing(base) > 1
     least = max(rules.promising * most, 0.0 if hidden else max(rules.suspected, little))
-    shown = [one for one in promises if fits.far([one.name]) or (hidden and fits.unlike(one.name))]
-    short = [one for one in promises if one.gain >= least and one not in shown]
-    short = [*short[: max(rules.shortlist - len(shown), 0)], *shown]
+    far = [one for one in promises if fits.far([one.name])]
+    unlike = [one for one in promises if hidden and fits.candidates[one.name].unlike]
+    short = [one for one in promises if one.gain >= least and one not in (*far, *unlike)]
+    short = [*short[: max(rules.shortlist - len(far), 0)], *far]
     singles: list[Hypothesis] = []
     for number, one in enumerate(short):
         progress(Stage(f"fit {one.name}", 0.15 + 0.45 * number / len(short)))
-        wide = (
-            not fits.unlike(one.name) or fits.missing(min(singles, key=by_cost, default=base)) > 1
-        )
-        singles.append(fits.refit((one.name,), base, one, wide))
+        singles.append(fits.refit((one.name,), base, one))
     if hidden:
         singles = _again(fits, base, short, singles)
-    before = {one.names: one for one in singles}
-    singles = _firm(fits, base, _weighed(fits, base, singles, hidden))
+    for one in unlike:
+        if fits.missing(min(singles, key=by_cost, default=base)) > 1:
+            progress(f"fit {one.name}")
+            singles.append(fits.refit((one.name,), base, one))
+    return Shortlist(base, tuple(promises), tuple(singles), hidden)
+
+
+def observer_part(fits: Fits, listed: Shortlist) -> ObserverPart:
+    """Return what the observer says of the candidates."""
+    base, promises, rules, progress = listed.base, listed.promises, fits.rules, fits.progress
+    before = {one.names: one for one in listed.singles}
+    singles = _firm(fits, base, _weighed(fits, base, listed.singles, listed.hidden))
     pairs: list[Hypothesis] = []
     if singles and base.cost - singles[0].cost > rules.least_gain:
         first = singles[0]
@@ -81,17 +124,17 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
     progress(Stage("judge by the runs held out", 0.9))
     tried, part = _decided(fits, base, tried)
     fits.progress("fit what holds to its end")
-    listed = {part.best.names, *(alike.names for alike in part.alike)}
-    ended = {one.names: fits.ended(one) for one in (base, *tried) if one.names in listed}
+    alike = {part.best.names, *(one.names for one in part.alike)}
+    ended = {one.names: fits.ended(one) for one in (base, *tried) if one.names in alike}
     best = ended[part.best.names]
     causes: list[Cause] = []
-    for alike in part.alike:
-        holder = ended[alike.names]
-        for name in alike.names:
-            if name not in {one.name for one in causes}:
+    for one in part.alike:
+        holder = ended[one.names]
+        for name in one.names:
+            if name not in {cause.name for cause in causes}:
                 causes.append(_cause(fits.candidates[name], holder, fits))
     return ObserverPart(
-        part, tuple(causes), base, best, tuple(tried), tuple(promises), _refit(fits, best)
+        part, tuple(causes), base, best, tuple(tried), promises, _refit(fits, best), fits
     )
 
 
@@ -157,7 +200,7 @@ def _apart(fits: Fits, at: Hypothesis) -> list[Hypothesis]:
     """
     found = []
     for name in at.names:
-        parts = [fits.candidates[one] for one in fits.parts(name)]
+        parts = fits.candidates.parts(name)
         if not parts:
             continue
         others = (one for one in at.names if one != name)
@@ -213,10 +256,10 @@ def _again(
     for number, (promised, one) in enumerate(zip(short, singles, strict=True)):
         if promised.gain < least or base.cost - one.cost > fits.rules.near * promised.gain:
             continue
+        if fits.missing(min(found, key=by_cost)) <= 1:
+            break
         fits.progress(f"fit {promised.name} from a far start")
         found[number] = min(one, fits.whole(one.names, base.values), key=by_cost)
-        if fits.missing(found[number]) <= 1:
-            break
     return found
 
 
@@ -235,7 +278,7 @@ def _firm(fits: Fits, base: Hypothesis, singles: Sequence[Hypothesis]) -> list[H
         return []
     leader, rules = singles[0], fits.rules
     found = versus(_scored(fits, leader), _scored(fits, base), fits.repeats())
-    little = rules.practical(fits.samples() / fits.repeats(), fits.numbers(leader.names))
+    little = rules.practical(fits.samples() / fits.repeats(), fits.candidates.numbers(leader.names))
     if found.gain < little or (fits.missing(leader) <= 1 and found.held > 0):
         return list(singles)
     fits.progress(f"fit {together(leader.names)} from a far start")
@@ -281,13 +324,13 @@ def _scored(fits: Fits, one: Hypothesis) -> Scored:
 
 def _at(fits: Fits, one: Hypothesis, at: Hypothesis) -> Scored:
     """Return a hypothesis as it was fitted at some process noise; what it misses stays its own."""
-    names = at.estimator.system.names
+    names, candidates = at.estimator.system.names, fits.candidates
     by_run = {name: float(run.sum()) for name, run in zip(names, at.blocks, strict=True)}
     return Scored(
         one.names, _prior(at), np.concatenate(at.blocks), fits.judged(at),
         partial(fits.missing, one), by_run,
-        frozenset(name for name in one.names if fits.frees(name)), fits.numbers(one.names),
-        fits.shared(one.names),
+        frozenset(name for name in one.names if candidates.frees(name)),
+        candidates.numbers(one.names), candidates.shared(one.names),
     )  # fmt: skip
 
 
