@@ -69,6 +69,7 @@ def soft(residuals: Array, scale: float | Array) -> Array:
         residuals: (m,) [sigma].
         scale: c, one or (m,) [sigma]; infinite is not robust.
     """
+    # the module's rho, without a difference of large numbers, so that c may be infinite
     return 2 * residuals**2 / (1 + np.sqrt(1 + (residuals / scale) ** 2))
 
 
