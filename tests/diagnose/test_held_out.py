@@ -10,8 +10,8 @@ from tests.diagnose.hidden import DOCUMENT, SHAPE, Asked, runs_of, truth
 from workbench.diagnose import HopperRig
 from workbench.diagnose.fits import Fits
 from workbench.diagnose.held_out import root_of, unseen
-from workbench.diagnose.linear import eliminated
 from workbench.fit import Estimator, ParameterVector
+from workbench.fit.linear import eliminated
 
 ASKED = (Asked("decay", 0.1, 2.0), Asked("decay", 0.15, 2.0))
 LAST = Asked("decay", 0.9, 3.0, "held_out")

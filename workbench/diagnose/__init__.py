@@ -3,11 +3,12 @@
 One algorithm: `diagnosis` calls it. `rig` is what it asks of a mechanical system, and the hopping
 robot as one; any other machine is one of `workbench.mechanism`. `candidates` lists what may be
 other than the robot's model says. `fits` fits hypotheses by the observer of `workbench.fit`,
-`linear` says what each candidate promises beside a fit, `drive` judges the motor by the rotor's
-angle alone, `held_out` says how likely runs are that no fit has seen. `decide` turns them into an
-answer, by the numbers in `rules`; `observer_part` and `drive_part` call it, `findings` is what an
-answer lists. `extension` writes the model, `validate` judges the file by runs held out. `missing`
-says which force is missing, and what it depends on; `kept` is the answer as a file.
+`landing` does so where feet land, `screening` says what each candidate promises beside a fit,
+`drive` judges the motor by the rotor's angle alone, `held_out` says how likely runs are that no fit
+has seen. `decide` turns them into an answer, by the numbers in `rules`; `observer_part` and
+`drive_part` call it, by the mesh of the beam that `mesh` chooses; `findings` is what an answer
+lists. `extension` writes the model, `validate` judges the file by runs held out. `missing` says
+which force is missing, and what it depends on; `kept` is the answer as a file.
 
 Runs that are not what they are said to be are left out before (`workbench.data_quality`); what to
 run next, `workbench.investigate` says.
@@ -23,7 +24,6 @@ from workbench.diagnose.extension import Effects, entries
 from workbench.diagnose.findings import Cause
 from workbench.diagnose.hypothesis import Hypothesis
 from workbench.diagnose.kept import extended_model_of, read_answer, write_answer
-from workbench.diagnose.linear import Linear, edges_of, eliminated
 from workbench.diagnose.missing import ABSENT, Dependence, MissingForceAnalysis, missing_force
 from workbench.diagnose.rig import HopperRig, Rig, robot_of
 from workbench.diagnose.rules import RULES_OF_RIGS, Rules

@@ -24,14 +24,14 @@ from workbench.diagnose.drive_part import drive_part
 from workbench.diagnose.findings import Alternative, Cause, Refit
 from workbench.diagnose.fits import Fits
 from workbench.diagnose.hypothesis import Hypothesis
-from workbench.diagnose.observer_part import ObserverPart, observer_part, shortlisted
+from workbench.diagnose.mesh import observed
 from workbench.diagnose.rig import HopperRig, Rig
 from workbench.diagnose.rules import Rules
 from workbench.diagnose.screening import Promise
 from workbench.diagnose.validate import Errors, removed
 from workbench.diagnose.wording import digits, together
 from workbench.errors import InputError
-from workbench.progress import Progress, Stage, portion
+from workbench.progress import Progress, Stage
 
 __all__ = ["Diagnosis", "diagnose"]
 
@@ -192,7 +192,7 @@ def diagnose(
     progress(Stage("look for faults in the runs", 0.0))
     sound = soundness(rig)
     fits = Fits(rig, rules, progress, threads, {fault.run for fault in sound.faults})
-    observer = _observed(fits, progress)
+    observer = observed(fits, progress)
     fits = observer.fits
     rig, base = fits.rig, observer.base
     drive = drive_part(fits, observer.best)
@@ -233,94 +233,6 @@ def diagnose(
         extended.errors(fits.held, None, angles[1], threads),
         extended, sound.evidence, rules, time.perf_counter() - begin, fits,
     )  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class _Mesh:
-    """One mesh of the beam.
-
-    Args:
-        still: fits by it of the runs whose foot is held.
-        base: of those.
-    """
-
-    still: Fits
-    base: Hypothesis
-
-    def every(self, fits: Fits) -> tuple[Fits, Hypothesis]:
-        """Return fits by it of all runs that other fits have, and their base."""
-        if not fits.landing:
-            return self.still, self.base
-        fits = fits.of(self.still.rig)
-        return fits, fits.whole((), self.base.values)
-
-    def prefers(self, fits: Fits, leader: Hypothesis) -> bool:
-        """Return whether a hypothesis with causes, of other fits, is likelier by it."""
-        fits.progress(f"fit {together(leader.names)} by the other mesh")
-        if fits.landing:
-            fits = fits.of(fits.rig, fits.landing)
-            leader = fits.whole(leader.names, leader.values)
-        leader = fits.weighed(leader)
-        return _moved(leader, fits, self.still).cost < leader.cost
-
-
-def _meshes(fits: Fits) -> list[_Mesh]:
-    """Return the meshes of the beam, that which the base prefers first, with the base fitted.
-
-    Too coarse a mesh bends otherwise than the strip does, which causes then make up for. Runs whose
-    foot is held show it, and take less time. Where there are none, or no finer mesh, it is one.
-    """
-    fits.progress("fit the base within its tolerances")
-    finer, landing = fits.rig.finer(), fits.landing
-    if finer is None or len(landing) == len(fits.train):
-        return [_Mesh(fits, fits.base())]
-    still = fits.of(fits.rig, landing) if landing else fits
-    base = still.base()
-    fits.progress("fit it with a finer beam")
-    fine = fits.of(finer, landing)
-    meshes = [_Mesh(still, base), _Mesh(fine, _moved(base, still, fine))]
-    return sorted(meshes, key=lambda mesh: mesh.base.cost)
-
-
-def _moved(one: Hypothesis, fits: Fits, other: Fits) -> Hypothesis:
-    """Return a hypothesis of some fits by the mesh of others, which have the same runs.
-
-    Where it misses much the way is not straight, and it is fitted by the whole recipe.
-    """
-    return other.moved(one) if fits.missing(one) <= 1 else other.whole(one.names, one.values)
-
-
-def _observed(fits: Fits, progress: Progress) -> ObserverPart:
-    """Return what the observer says, by the mesh that the leading cause prefers.
-
-    A base without the cause may take a mesh for it: the numbers of a slope were five standard
-    errors off so. The cause that leads alone is asked before any other work, and what is found in
-    the end once more where that is another.
-
-    Args:
-        fits: of all runs.
-        progress: of the whole diagnosis.
-    """
-    fits.progress = portion(progress, 0.1, 0.4)
-    own, *others = _meshes(fits)
-    fits, base = own.every(fits)
-    fits.progress = portion(progress, 0.4, 0.75)
-    listed = shortlisted(fits, base)
-    gain = base.cost - listed.leader.cost
-    asked = listed.leader if gain > fits.rules.least_gain else base
-    for other in others:
-        if asked.names and other.prefers(fits, asked):
-            own, others = other, [own]
-            fits, base = own.every(fits)
-            fits.progress = portion(progress, 0.4, 0.75)
-            listed = shortlisted(fits, base)
-    found = observer_part(fits, listed)
-    for other in others:
-        if found.leader.names not in ((), asked.names) and other.prefers(fits, found.leader):
-            fits, base = other.every(fits)
-            fits.progress = portion(progress, 0.75, 0.85)
-            return observer_part(fits, shortlisted(fits, base))
-    return found
 
 
 def _taken(parts: Mapping[str, Part]) -> set[str]:

@@ -22,8 +22,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from workbench.diagnose.linear import Linear, Solved, edges_of
-from workbench.fit import Arm, Hopper, calm, commanded_angle, fit_drive
+from workbench.fit import Arm, Hopper, Linear, Solved, calm, commanded_angle, edges_of, fit_drive
 from workbench.sim import EFFECTS
 
 __all__ = ["DRIVE", "DriveFits", "drive_fits"]

@@ -13,7 +13,7 @@ from workbench.diagnose.drive import DRIVE, DriveFits
 from workbench.diagnose.findings import Cause, quantity_of
 from workbench.diagnose.fits import Fits
 from workbench.diagnose.hypothesis import Hypothesis
-from workbench.diagnose.linear import Solved
+from workbench.fit import Solved
 from workbench.sim import EFFECTS
 
 __all__ = ["DrivePart", "drive_part"]

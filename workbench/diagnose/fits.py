@@ -28,6 +28,7 @@ from workbench.fit import (
     Estimator,
     Hopper,
     Innovations,
+    Linear,
     Minimum,
     Parameter,
     ParameterVector,
@@ -111,6 +112,15 @@ class Fits:
         far = [abs(v) > p.deviation for v, p in zip(arm.offset, parameters, strict=True)]
         return {p.name: float(v) for v, p in zip(arm.offset, parameters, strict=True) if any(far)}
 
+    def little(self, name: str) -> float:
+        """Return what a candidate must promise at least to be fitted alone."""
+        little = self.rules.promised * self.rules.size * self.samples()
+        return max(self.rules.suspected, little)
+
+    def second(self, name: str) -> float:
+        """Return what a candidate must promise at least to be fitted beside another."""
+        return self.rules.least_gain
+
     def base(self) -> Hypothesis:
         """Fit the base within its tolerances."""
         return self.whole((), {})
@@ -145,18 +155,15 @@ class Fits:
         """Return a hypothesis fitted again at the process noise that a whole model may have."""
         estimator, most = one.estimator, self._whole(one)
         whole = {group: min(q, most[group]) for group, q in estimator.noise.items()}
-        if whole == estimator.noise:
-            return one
-        if one not in self._limited:
+        if whole != estimator.noise and one not in self._limited:
             weak = estimator.with_noise(whole)
             found = minimised(weak, one.x, None, _STEPS, ROUGH, one.jacobian, known=False)
             self._limited[one] = self._hypothesis(one.names, weak, found.x, found.jacobian)
-        return self._limited[one]
+        return self._limited.get(one, one)
 
     def _whole(self, one: Hypothesis) -> dict[str, float]:
         """Return the process noise that a whole model may have, by group of joints."""
-        strong = one.estimator.system.strong
-        return {group: self.rules.noise_share * q for group, q in strong.items()}
+        return {g: self.rules.noise_share * q for g, q in one.estimator.system.strong.items()}
 
     def likelier(self, one: Hypothesis) -> Hypothesis:
         """Return a hypothesis as it is or at a whole model's noise, whichever is likelier.
@@ -209,19 +216,26 @@ class Fits:
 
     def promises(self, at: Hypothesis) -> list[Promise]:
         """Return what each candidate promises beside those of a hypothesis, greatest gain first."""
+        return screened(self._near(at), self.candidates, self._moving, at.names)
+
+    def _near(self, at: Hypothesis) -> Linear:
+        """Return what is known around a hypothesis, by the numbers of all candidates."""
+        estimator, x, steps = self._every(at)
+        slopes = estimator.jacobian(x, steps=steps)
+        return neighbourhood(estimator, x, estimator.residuals(x), slopes)
+
+    def _every(self, at: Hypothesis) -> tuple[Estimator, Array, Array]:
+        """Return a hypothesis' estimator and numbers with all candidates, and their steps."""
         every = [p for one in self.candidates.values() for p in one.quantities.values()]
         estimator, x = self._estimator(at, [*self.rig.base, *every])
         known = dict(zip(at.values, reaches(at.jacobian), strict=True))
         steps = np.array([known.get(p.name, NEAREST) for p in estimator.vector.parameters])
-        return screened(estimator, x, self.candidates, self._moving, steps, at.names)
+        return estimator, x, steps
 
     def pairs_without(
         self, leader: str, at: Hypothesis, promises: Sequence[Promise]
     ) -> list[tuple[tuple[str, str], Promise]]:
         """Return pairs without the best single candidate that promise as much as it does.
-
-        One number far beyond its tolerance can do what two do within theirs: where nothing but
-        weight drives an arm, less mass is more friction with more inertia.
 
         Args:
             leader: name of the best candidate.
@@ -301,11 +315,10 @@ class Fits:
         return one
 
     def again(self, one: Hypothesis, near: Hypothesis) -> Hypothesis:
-        """Return a hypothesis or, where that is likelier, it fitted from where another one ended.
-
-        The cost of a hop jumps where a landing comes a sample sooner, so that fits end apart.
-        """
-        return min(one, self._from(one.names, near, ROUGH), key=by_cost)
+        """Return a hypothesis or, if that is likelier, it fitted from where one with more ended."""
+        known = [list(near.values).index(name) for name in one.values]
+        slopes = near.jacobian[:, known]
+        return min(one, self._from(one.names, near, ROUGH, slopes), key=by_cost)
 
     def moved(self, one: Hypothesis) -> Hypothesis:
         """Return a hypothesis of the same runs by another mesh, fitted by this one from its end."""
@@ -315,7 +328,7 @@ class Fits:
         self, names: tuple[str, ...], near: Hypothesis, end: float, slopes: Array | None = None
     ) -> Hypothesis:
         estimator, x = self._estimator(near, self._released(names))
-        found = minimised(estimator, x, most=_STEPS, near=end, jacobian=slopes)
+        found = minimised(estimator, x, None, _STEPS, end, slopes)
         return self._hypothesis(names, estimator, found.x, found.jacobian)
 
     def _released(self, names: Sequence[str]) -> list[Parameter]:
@@ -336,9 +349,8 @@ class Fits:
         before = near.estimator
         system = self.rig.system(self.train, parameters, before.system)
         vector = ParameterVector(system.parameters)
-        x = vector.named(near.values)
         estimator = Estimator.of(system, vector, before.noise, before.masks, self.threads)
-        return estimator, x
+        return estimator, vector.named(near.values)
 
     def _hypothesis(
         self, names: tuple[str, ...], estimator: Estimator, x: Array, jacobian: Array

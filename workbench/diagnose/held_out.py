@@ -18,8 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.hypothesis import Hypothesis, blocks_of
-from workbench.diagnose.linear import eliminated
-from workbench.fit import NEAREST, ROBUST, ROUGH, Estimator, ParameterVector, minimum, reaches
+from workbench.fit import (
+    NEAREST,
+    ROBUST,
+    ROUGH,
+    Estimator,
+    ParameterVector,
+    eliminated,
+    minimum,
+    reaches,
+)
 
 __all__ = ["root_of", "unseen"]
 

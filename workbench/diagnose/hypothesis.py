@@ -8,8 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.linear import edges_of
-from workbench.fit import ROBUST, Estimator, Innovations, counted, soft
+from workbench.fit import ROBUST, Estimator, Innovations, counted, edges_of, soft
 
 __all__ = ["Hypothesis", "blocks_of", "by_cost"]
 

@@ -13,10 +13,9 @@ from workbench.diagnose.decide import Part, Scored, chosen, comparable, decide, 
 from workbench.diagnose.findings import Cause, EstimatedQuantity, Refit, quantity_of
 from workbench.diagnose.fits import Fits
 from workbench.diagnose.hypothesis import Hypothesis, by_cost
-from workbench.diagnose.linear import beyond
 from workbench.diagnose.screening import Promise
 from workbench.diagnose.wording import together
-from workbench.fit import LIMITS, Scope
+from workbench.fit import LIMITS, Scope, beyond
 from workbench.progress import Stage
 
 __all__ = ["ObserverPart", "Shortlist", "observer_part", "shortlisted"]
@@ -85,13 +84,14 @@ def shortlisted(fits: Fits, base: Hypothesis) -> Shortlist:
     rules, progress = fits.rules, fits.progress
     progress(Stage("see what each candidate promises", 0.0))
     promises = fits.promises(base)
-    little = rules.promised * rules.size * fits.samples()
     most = promises[0].gain if promises else 0.0
     hidden = fits.missing(base) > 1
-    least = max(rules.promising * most, 0.0 if hidden else max(rules.suspected, little))
+    share = rules.promising * most
+    least = {one.name: share if hidden else max(share, fits.little(one.name)) for one in promises}
     far = [one for one in promises if fits.far([one.name])]
     unlike = [one for one in promises if hidden and fits.candidates[one.name].unlike]
-    short = [one for one in promises if one.gain >= least and one not in (*far, *unlike)]
+    near = [one for one in promises if one not in (*far, *unlike)]
+    short = [one for one in near if one.gain >= least[one.name]]
     short = [*short[: max(rules.shortlist - len(far), 0)], *far]
     singles: list[Hypothesis] = []
     for number, one in enumerate(short):
@@ -226,8 +226,8 @@ def _beside(
     """
     words, rules = together(first.names), fits.rules
     fits.progress(Stage(f"see what each candidate promises beside {words}", begun))
-    least = max(least, rules.least_gain)
-    added = [one for one in fits.promises(first) if one.gain > least][: rules.seconds]
+    added = [one for one in fits.promises(first) if one.gain > max(least, fits.second(one.name))]
+    added = added[: rules.seconds]
     found = []
     for number, one in enumerate(added):
         share = None if begun is None else begun + (0.9 - begun) * number / len(added)

@@ -1,8 +1,6 @@
 """Screening: what each candidate promises in the neighbourhood of a fit, by linear regression.
 
-No candidate is fitted for it. Residuals are replaced by the fit's own plus their differences:
-tangents where the motion is smooth; where a foot lands and slips, secants over whole prior
-deviations, for there a tangent is the slope between two kinks.
+No candidate is fitted for it. Residuals are replaced by the fit's own plus their differences.
 """
 
 from __future__ import annotations
@@ -15,19 +13,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.candidates import Candidate
-from workbench.diagnose.linear import Linear, edges_of
 from workbench.diagnose.wording import together
-from workbench.fit import Estimator, ParameterVector
+from workbench.fit import Estimator, Linear, ParameterVector, edges_of
 
-__all__ = ["Promise", "beside", "columns_of", "neighbourhood", "pairs_without", "screened"]
+__all__ = [
+    "Promise",
+    "beside",
+    "columns_of",
+    "neighbourhood",
+    "of_runs",
+    "pairs_without",
+    "promising",
+    "screened",
+]
 
 Array = NDArray[np.float64]
 Moving = Callable[[Sequence[str]], Mapping[str, bool]]
 """Names of released candidates -> shared parameters that may move -> whether they have a prior."""
-
-_REACHES = (-2.0, -0.5, 0.5, 2.0)
-"""Prior deviations over which secants of a hop are taken. A sole that slides by 15 % more one way
-than the other promised a gain of 7 over a tenth where it held 2300; over two it promises 1700."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,25 +52,17 @@ class Promise:
 
 
 def screened(
-    estimator: Estimator,
-    x: Array,
-    candidates: Mapping[str, Candidate],
-    moving: Moving,
-    steps: Array,
-    at: Sequence[str] = (),
+    near: Linear, candidates: Mapping[str, Candidate], moving: Moving, at: Sequence[str] = ()
 ) -> list[Promise]:
     """Return what each candidate promises beside those of a hypothesis, greatest gain first.
 
     Args:
-        estimator: with the parameters of all candidates.
-        x: (p,) the minimiser's numbers of the hypothesis [1].
+        near: residuals and derivatives around the hypothesis, by the numbers of all candidates.
         candidates: by name.
         moving: which parameters some candidates let move.
-        steps: (p,) how far each number is moved for its tangent [1].
         at: names of the hypothesis' candidates.
     """
     others = [name for name in candidates if name not in at and beside(name, at, candidates)]
-    near = _slopes(estimator, x, candidates, moving, steps, at)
     before = near.solved(moving(at))
     found = []
     for name in others:
@@ -81,36 +75,26 @@ def screened(
     return sorted(found, key=lambda one: -one.gain)
 
 
-def _slopes(
-    estimator: Estimator,
-    x: Array,
-    candidates: Mapping[str, Candidate],
-    moving: Moving,
-    steps: Array,
-    at: Sequence[str],
+def promising(
+    near: Linear,
+    others: Sequence[Array],
+    columns: Mapping[str, Sequence[int]],
+    moving: Callable[[str], Mapping[str, bool]],
 ) -> Linear:
-    """Return residuals and slopes of everything, those of each candidate that promise most."""
-    system, names = estimator.system, [p.name for p in estimator.vector.parameters]
-    near = neighbourhood(estimator, x, estimator.residuals(x), estimator.jacobian(x, steps=steps))
-    landing = [k for k in range(len(system.names)) if system.lands(k)]
-    if not landing:
-        return near
-    columns = {
-        name: [names.index(p.name) for p in one.quantities.values()]
-        for name, one in candidates.items()
-        if one.quantities and name not in at
-    }
-    asked = np.array([i for every in columns.values() for i in every])
-    rows = np.concatenate([np.arange(*estimator.edges[k : k + 2]) for k in landing])
-    best = {name: near.fall(moving((*at, name))) for name in columns}
+    """Return what is known around a fit, with those derivatives of a candidate that promise most.
+
+    Args:
+        near: with some derivatives.
+        others: (m, p) each, the same over other lengths [1].
+        columns: of each candidate's numbers.
+        moving: which parameters it lets move.
+    """
+    best = {name: near.fall(moving(name)) for name in columns}
     chosen = near.jacobian.copy()
-    for reach in _REACHES:
-        slopes = near.jacobian.copy()
-        secants = estimator.jacobian(x, asked, np.full(len(x), reach), runs=landing)
-        slopes[np.ix_(rows, asked)] = secants[np.ix_(rows, asked)]
+    for slopes in others:
         one = replace(near, jacobian=slopes)
         for name, own in columns.items():
-            fall = one.fall(moving((*at, name)))
+            fall = one.fall(moving(name))
             if fall > best[name]:
                 best[name], chosen[:, own] = fall, slopes[:, own]
     return replace(near, jacobian=chosen)
@@ -165,6 +149,25 @@ def columns_of(near: Linear, vector: ParameterVector) -> Array:
     priors = np.zeros((len(weighted), len(vector)))
     priors[np.arange(len(weighted)), weighted] = 1.0
     return np.vstack([columns, priors])
+
+
+def of_runs(near: Linear, estimator: Estimator, runs: Sequence[int]) -> Linear:
+    """Return what is known around a fit of some runs alone.
+
+    Args:
+        near: of all runs.
+        estimator: of the fit.
+        runs: their numbers.
+    """
+    rows, edges = list[NDArray[np.intp]](), [0]
+    for first, end in (estimator.edges[k : k + 2] for k in runs):
+        inside = near.edges[(near.edges > first) & (near.edges <= end)]
+        edges += list(edges[-1] + inside - first)
+        rows.append(np.arange(first, end))
+    kept = np.concatenate(rows)
+    return replace(
+        near, residuals=near.residuals[kept], jacobian=near.jacobian[kept], edges=np.array(edges)
+    )
 
 
 def neighbourhood(estimator: Estimator, x: Array, residuals: Array, jacobian: Array) -> Linear:

@@ -24,8 +24,9 @@ from workbench.fit.fitting import Fit, fit_near, fit_system, minimised, refined,
 from workbench.fit.gain import Modes
 from workbench.fit.identifiability import Combination, separable, undetermined
 from workbench.fit.intervals import Covariance, Interval, covariance, intervals
+from workbench.fit.linear import Linear, Solved, beyond, edges_of, eliminated
 from workbench.fit.measured import MeasuredRun, measured_run, measured_runs, paced, same_robot
-from workbench.fit.minimise import CLOSE, ROUGH, Minimum, minimum, soft
+from workbench.fit.minimise import CLOSE, ROUGH, Minimum, minimum, soft, weights
 from workbench.fit.noise import coloured_noise
 from workbench.fit.observation import Observation
 from workbench.fit.observer import Innovations, Job, Start, observe

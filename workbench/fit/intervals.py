@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from workbench.fit.estimator import ROBUST
 from workbench.fit.fitting import Fit
+from workbench.fit.minimise import weights
 from workbench.fit.parameters import Parameter
 
 __all__ = ["BLOCK_S", "Covariance", "Interval", "covariance", "intervals"]
@@ -64,8 +65,7 @@ def covariance(fit: Fit) -> Covariance:
     weighted = vector.weighted
     residuals, jacobian = fit.residuals, fit.jacobian
     data = len(residuals) - int(weighted.sum())
-    weights = 1 / np.sqrt(1 + (residuals[:data] / ROBUST) ** 2)
-    scaled = jacobian[:data] * weights[:, None]
+    scaled = jacobian[:data] * weights(residuals[:data], ROBUST)[:, None]
     prior = np.diag(weighted.astype(np.float64))
     information = jacobian[:data].T @ scaled + prior
     slopes = []

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from workbench.fit.blocks import Blocks
 
-__all__ = ["CLOSE", "ROUGH", "Minimum", "minimum", "soft"]
+__all__ = ["CLOSE", "ROUGH", "Minimum", "minimum", "soft", "weights"]
 
 Array = NDArray[np.float64]
 
@@ -73,6 +73,16 @@ def soft(residuals: Array, scale: float | Array) -> Array:
     return 2 * residuals**2 / (1 + np.sqrt(1 + (residuals / scale) ** 2))
 
 
+def weights(residuals: Array, scale: float | Array) -> Array:
+    """Return the weight of each square by `soft`, rho'(r) / 2 r, (m,) [1].
+
+    Args:
+        residuals: (m,) [sigma].
+        scale: c, one or (m,) [sigma]; infinite is not robust.
+    """
+    return np.asarray(1 / np.sqrt(1 + (residuals / scale) ** 2))
+
+
 def minimum(
     residuals: Callable[[Array], Array],
     derivative: Callable[[Array], Array],
@@ -104,7 +114,7 @@ def minimum(
     cost, count = float(np.sum(soft(r, scale))), 1
     slopes = Blocks.of(derivative(x) if jacobian is None else jacobian, edges)
     while True:
-        normal = slopes.normal(r, 1 / np.sqrt(1 + (r / scale) ** 2))
+        normal = slopes.normal(r, weights(r, scale))
         converged = _step(x, *normal, bounds, np.inf)[1] < near
         step, predicted = _step(x, *normal, bounds, radius)
         if converged or count >= most or predicted < near or failed == _KINKED:

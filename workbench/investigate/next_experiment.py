@@ -17,8 +17,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from workbench.diagnose import Diagnosis, HopperRig, edges_of
-from workbench.fit import ROBUST, Hopper, Scope, soft
+from workbench.diagnose import Diagnosis, HopperRig
+from workbench.fit import ROBUST, Hopper, Scope, edges_of, soft, weights
 from workbench.investigate.drive_runs import propose_speed
 from workbench.investigate.predicted import Predicted, Setting
 from workbench.investigate.proposed import (
@@ -300,9 +300,9 @@ class _Adapted:
         allowed[: len(shared), : len(shared)] = self.left[j].within(shared)
         move, now = np.zeros(len(columns)), before
         for _ in range(_ROUNDS):
-            weights = TIMES / np.sqrt(1 + (now / ROBUST) ** 2)
-            curvature = slopes.T @ (slopes * weights[:, None]) + allowed
-            move = -np.linalg.solve(curvature, slopes.T @ (weights * before))
+            trust = TIMES * weights(now, ROBUST)
+            curvature = slopes.T @ (slopes * trust[:, None]) + allowed
+            move = -np.linalg.solve(curvature, slopes.T @ (trust * before))
             now = before + slopes @ move
         seconds, begin = list[float](), 0
         for k in chosen:

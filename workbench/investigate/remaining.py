@@ -14,19 +14,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from workbench.diagnose import (
-    Candidate,
-    Diagnosis,
-    Hypothesis,
-    Linear,
-    Part,
-    Rig,
-    Scored,
-    eliminated,
-    together,
-    versus,
-)
-from workbench.fit import Parameter
+from workbench.diagnose import Candidate, Diagnosis, Hypothesis, Part, Rig, Scored, together, versus
+from workbench.fit import Linear, Parameter, eliminated, weights
 
 __all__ = ["BEYOND", "MOST", "Remaining", "remaining"]
 
@@ -112,8 +101,8 @@ def remaining(found: Diagnosis, rig: Rig) -> list[Remaining]:
     if part.kind == "SET" and not _evident(found, part):
         chosen.append(_of(found.base, rig))
     costs = np.array([one.cost for one in chosen]) / found.fits.repeats()
-    weights = scipy.special.softmax(-costs / 2)
-    chosen = [replace(one, weight=float(w)) for one, w in zip(chosen, weights, strict=True)]
+    shares = scipy.special.softmax(-costs / 2)
+    chosen = [replace(one, weight=float(w)) for one, w in zip(chosen, shares, strict=True)]
     return sorted(chosen, key=lambda one: -one.weight)
 
 
@@ -158,8 +147,8 @@ def _information(one: Hypothesis) -> tuple[dict[str, int], Array]:
     """Return what the fitted runs and the priors say of the shared parameters, (p, p)."""
     estimator, vector = one.estimator, one.estimator.vector
     jacobian = one.jacobian if len(one.jacobian) else estimator.jacobian(one.x)
-    weights = 1 / np.sqrt(1 + (estimator.residuals(one.x) / estimator.robust) ** 2)
-    curvature = jacobian.T @ (jacobian * weights[:, None]) + _FREED * np.eye(len(vector))
+    trust = weights(estimator.residuals(one.x), estimator.robust)
+    curvature = jacobian.T @ (jacobian * trust[:, None]) + _FREED * np.eye(len(vector))
     known = {p.name: i for i, p in enumerate(vector.shared)}
     return known, eliminated(curvature, vector.own)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from workbench.diagnose.linear import Linear, edges_of
+from workbench.fit.linear import Linear, edges_of
 
 COUNT, TRUTH = 1200, 3.0
 EDGES = edges_of(COUNT, 1 / 120)

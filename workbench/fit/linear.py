@@ -16,7 +16,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.fit import ROBUST, soft
+from workbench.fit.estimator import ROBUST
+from workbench.fit.minimise import soft, weights
 
 __all__ = ["Linear", "Solved", "beyond", "edges_of", "eliminated"]
 
@@ -96,7 +97,7 @@ class Linear:
     @cached_property
     def weights(self) -> Array:
         """Return the robust weights of the residuals, (m,) [1]."""
-        return np.asarray(1 / np.sqrt(1 + (self.residuals / ROBUST) ** 2))
+        return weights(self.residuals, ROBUST)
 
     @cached_property
     def curvature(self) -> Array:

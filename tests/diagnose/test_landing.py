@@ -1,0 +1,33 @@
+"""Where a foot lands: a base without the cause bends the floor for it, and the cause is found."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.diagnose.hidden import DOCUMENT, SHAPE, Asked, runs_of, truth
+from workbench.diagnose import HopperRig
+from workbench.diagnose.fits import Fits
+from workbench.diagnose.landing import LandingFits
+
+ASKED = (Asked("decay", 0.3, 2.5), Asked("decay", 0.8, 2.5), Asked("hop", 18.0, 4.0))
+FORWARD = 0.008
+
+
+@pytest.mark.budget(40)
+def test_a_cause_for_which_the_base_bends_the_floor_is_found_from_the_stated_one() -> None:
+    robot = truth(3, {"foot_cg": {"forward": FORWARD}}, off=0.0)
+    rig = HopperRig(runs_of(robot, 3, ASKED), DOCUMENT, SHAPE)
+    fits = Fits(rig, threads=1)
+    still = fits.of(rig, fits.landing)
+    hopping = LandingFits(fits, still, still.base())
+    base = hopping.whole((), {})
+    (mass,) = [p for p in rig.base if p.name == "foot_mass"]
+    assert mass.number(base.values["foot_mass"]) < -3  # deviations, of a mass that is right
+    promises = hopping.promises(base)
+    print([(one.name, round(one.gain)) for one in promises[:4]])
+    assert promises[0].name == "foot_cg"
+    found = hopping.refit(["foot_cg"], base, promises[0])
+    print(base.cost - found.cost, found.values)
+    assert found.values["foot_cg forward"] == pytest.approx(FORWARD, abs=0.002)
+    assert abs(mass.number(found.values["foot_mass"])) < 2
+    assert base.cost - found.cost > 2 * promises[0].gain  # strong correction leaves little of it

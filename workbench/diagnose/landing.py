@@ -1,0 +1,269 @@
+"""Hypotheses where feet land: held runs first, then hops from the stated floor, then all together.
+
+A hop parts from another where a landing comes a sample sooner, so that its cost is full of kinks
+and a fit ends near where it began. A base without the cause bends the floor's numbers for it, and
+no step leads from there to the cause. So hops are screened and begun at the floor as it is stated,
+by strong correction, with what runs whose foot is held say of the other numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.diagnose.fits import Fits
+from workbench.diagnose.hypothesis import Hypothesis, by_cost
+from workbench.diagnose.screening import (
+    Promise,
+    columns_of,
+    neighbourhood,
+    of_runs,
+    promising,
+    screened,
+)
+from workbench.fit import (
+    ROUGH,
+    Estimator,
+    Hopper,
+    Linear,
+    ParameterVector,
+    System,
+    fit_system,
+    likeliest,
+    minimised,
+)
+
+__all__ = ["LandingFits"]
+
+Array = NDArray[np.float64]
+
+_REACHES = (-2.0, 2.0)
+"""Prior deviations over which secants of a hop are taken: a tangent is the slope between two kinks.
+Of friction that is 30 % higher one way it promised 3 of 2000, the secant 122 at strong correction.
+"""
+_ROUNDS = 3  # of weighing the process noise
+_STEPS = 6  # evaluations of hops at strong correction, and of all runs in the end
+
+
+class LandingFits(Fits):
+    """Fits hypotheses to runs in some of which a foot lands.
+
+    Args:
+        fits: of all runs.
+        still: of those whose foot is held.
+        base: of those; None where there is none.
+    """
+
+    def __init__(self, fits: Fits, still: Fits, base: Hypothesis | None) -> None:
+        left_out = {*range(len(fits.rig.roles))} - {*fits.train, *fits.held}
+        super().__init__(still.rig, fits.rules, fits.progress, fits.threads, left_out)
+        self._still = still
+        self._hops = self.of(still.rig, still.train)
+        self._known = dict[tuple[str, ...], Hypothesis]()
+        if base is not None:
+            self._known[()] = base
+        self._landed: dict[tuple[str, ...], Hypothesis] = {}
+
+    def little(self, name: str) -> float:
+        """Return what a candidate must promise, of `Fits`: strong correction leaves little of it.
+
+        Those that still runs show promise as much as ever.
+        """
+        return super().little(name) if self._parts([name])[0] else self.rules.suspected
+
+    def second(self, name: str) -> float:
+        """Return what it must promise beside another, of `Fits`: fits of hops take long."""
+        return max(super().second(name), self.little(name))
+
+    @cached_property
+    def _told(self) -> set[str]:
+        """Return the names of the shared numbers of which still runs tell."""
+        if not self._still.train:
+            return set()
+        every = [p for one in self.candidates.values() for p in one.quantities.values()]
+        system = self.rig.system(self._still.train, [*self.rig.base, *every], self._still._nominal)
+        runs = range(len(system.names))
+        shared = system.parameters[: len(self.rig.base) + len(every)]
+        return {p.name for p in shared if any(system.feels(k, p) for k in runs)}
+
+    def whole(
+        self, names: tuple[str, ...], start: Mapping[str, float], late: Collection[str] = ()
+    ) -> Hypothesis:
+        """Fit a hypothesis by the whole recipe, hops from the stated floor; of `Fits`."""
+        shown, landed = self._parts(names)
+        if shown:
+            self._known[shown] = self._still.whole(shown, start, late)
+        system, x = self._hopping(landed, shown)
+        fit = fit_system(
+            system, ParameterVector(system.parameters), start=x, fixed=self._told,
+            progress=self.progress, threads=self.threads, central=False,
+        )  # fmt: skip
+        hops = self._hops._hypothesis(landed, fit.estimator, fit.x, fit.jacobian)
+        self._landed[landed] = hops
+        return self._together(names)
+
+    def refit(self, names: Sequence[str], near: Hypothesis, promise: Promise) -> Hypothesis:
+        """Fit a hypothesis from what was promised; of `Fits`.
+
+        What still runs do not show of it is fitted to hops, once; both parts are put together.
+        """
+        shown, landed = self._parts(names)
+        if shown and shown not in self._known:
+            before = self._known.get(self._parts(near.names)[0], self._known[()])
+            one = replace(promise, near=of_runs(promise.near, near.estimator, self._runs(False)))
+            self._known[shown] = self._still.refit(shown, before, one)
+        if landed not in self._landed:
+            one = replace(promise, near=of_runs(promise.near, near.estimator, self._runs(True)))
+            self._landed[landed] = self._from_floor(landed, shown, one)
+        found = self._together(tuple(names))
+        if found.cost < near.cost or found.estimator.noise != near.estimator.noise:
+            return found
+        # with the same hops it is no less likely than its neighbour, but they may end elsewhere
+        other = self._from(found.names, near, ROUGH, found.jacobian)
+        return min(found, other, key=by_cost)
+
+    def _from_floor(
+        self, names: tuple[str, ...], shown: tuple[str, ...], promise: Promise
+    ) -> Hypothesis:
+        """Fit hops from what is promised at the stated floor, with less and less correction."""
+        like = self._landed[()].estimator
+        system, x = self._hopping(names, shown, like.system)
+        vector = ParameterVector(system.parameters)
+        estimator = Estimator.of(system, vector, system.strong, like.masks, self.threads)
+        free = np.array([p.name not in self._told for p in vector.parameters])
+        goal = np.clip([promise.numbers[p.name] for p in vector.parameters], *vector.bounds)
+        slopes = columns_of(promise.near, vector)
+        found = minimised(estimator, np.where(free, goal, x), free, _STEPS, ROUGH, slopes)
+        for _ in range(_ROUNDS):
+            weighed = likeliest(estimator, found.x, up=0)
+            if weighed.noise == estimator.noise:
+                break
+            estimator = weighed
+            slopes = found.jacobian
+            found = minimised(estimator, found.x, free, _STEPS, ROUGH, slopes, known=False)
+        return self._hops._hypothesis(names, estimator, found.x, found.jacobian)
+
+    def still_part(self, one: Hypothesis) -> tuple[Fits, Hypothesis]:
+        """Return fits of the still runs, and what they show of a hypothesis."""
+        return self._still, self._known[self._parts(one.names)[0]]
+
+    def _parts(self, names: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Return those of some candidates that still runs show, and the others."""
+        shown, others = list[str](), list[str]()
+        for name in names:
+            one = self.candidates[name]
+            numbers = {*(p.name for p in one.quantities.values()), *one.frees}
+            (shown if numbers & self._told else others).append(name)
+        return tuple(shown), tuple(others)
+
+    def _hopping(
+        self, names: Sequence[str], shown: tuple[str, ...], like: System | None = None
+    ) -> tuple[System, Array]:
+        """Return the hops of a hypothesis and its numbers: those told of, and the stated floor."""
+        hops = self._hops
+        system = hops.rig.system(hops.train, self._released(names), like or hops._nominal)
+        told = self._known[shown].values if self._told else {}
+        start = {name: value for name, value in told.items() if name in self._told}
+        return system, ParameterVector(system.parameters).named(start)
+
+    def _together(self, names: tuple[str, ...]) -> Hypothesis:
+        """Return a hypothesis fitted to all runs, from where the still ones and hops ended."""
+        shown, landed = self._parts(names)
+        hops = self._landed[landed]
+        if not self._told:
+            return hops
+        still = self._known[shown]
+        parts = {False: (still.estimator, still.x, still.jacobian),
+                 True: (hops.estimator, hops.x, hops.jacobian)}  # fmt: skip
+        inputs, masks = dict[str, Array | None](), dict[str, NDArray[np.bool_]]()
+        values, noise = dict[str, float](), dict(still.estimator.noise)
+        for estimator, x, _ in parts.values():
+            system = estimator.system
+            assert isinstance(system, Hopper)
+            inputs |= zip(system.names, system.turned, strict=True)
+            masks |= zip(system.names, estimator.masks, strict=True)
+            values |= {p.name: v for p, v in estimator.vector.values(x).items()}
+            noise |= {g: q for g, q in estimator.noise.items() if estimator.depends_on(g)}
+        assert isinstance(self._nominal, Hopper)
+        like = self._nominal.turning([inputs[name] for name in self._nominal.names])
+        system = self.rig.system(self.train, self._released(names), like)
+        vector = ParameterVector(system.parameters)
+        kept = [masks[name] for name in system.names]
+        estimator, x = Estimator.of(system, vector, noise, kept, self.threads), vector.named(values)
+        slopes = self._slopes(estimator, x, parts)
+        found = minimised(estimator, x, None, _STEPS, ROUGH, slopes)
+        return self._hypothesis(names, estimator, found.x, found.jacobian)
+
+    def _slopes(
+        self, estimator: Estimator, x: Array, parts: Mapping[bool, tuple[Estimator, Array, Array]]
+    ) -> Array:
+        """Return the derivatives of all residuals, (m, p) [1], most of them known of the parts."""
+        names = [p.name for p in estimator.vector.parameters]
+        told = np.array([k for k, name in enumerate(names) if name in self._told])
+        slopes = estimator.jacobian(x, told, runs=self._runs(True))
+        rows = self._rows(estimator)
+        for landing, (part, _, known) in parts.items():
+            own = [p.name for p in part.vector.parameters]
+            kept = [k for k, name in enumerate(own) if not landing or name not in self._told]
+            columns = np.array([names.index(own[k]) for k in kept])
+            slopes[np.ix_(rows[landing], columns)] = known[: part.edges[-2], kept]
+        return slopes
+
+    def _runs(self, landing: bool) -> list[int]:
+        """Return which of the fitted runs are hops, or are not."""
+        return [k for k in range(len(self.train)) if self._nominal.lands(k) == landing]
+
+    def _rows(self, estimator: Estimator) -> dict[bool, NDArray[np.intp]]:
+        """Return which residuals of all runs are those of hops, and which of still runs."""
+        edges = estimator.edges
+        rows = np.repeat(np.arange(len(edges) - 2), np.diff(edges[:-1]))
+        return {which: np.flatnonzero(np.isin(rows, self._runs(which))) for which in (False, True)}
+
+    def promises(self, at: Hypothesis) -> list[Promise]:
+        """Return what each candidate promises, of `Fits`: in still runs alone if those show it."""
+        near = self._near(at)
+        alone = of_runs(near, at.estimator, self._runs(False)) if self._told else near
+        still, every = (
+            {one.name: one for one in screened(part, self.candidates, self._moving, at.names)}
+            for part in (alone, near)
+        )
+        told = [name for name in every if self._parts([name])[0]]
+        found = [
+            replace(one, gain=still[name].gain, sure=still[name].sure) if name in told else one
+            for name, one in every.items()
+        ]
+        return sorted(found, key=lambda one: -one.gain)
+
+    def _near(self, at: Hypothesis) -> Linear:
+        """Return what is known around a hypothesis, around the stated floor in hops; of `Fits`.
+
+        The hops' rows are of strong correction; of a candidate they are those that promise most.
+        """
+        estimator, x, steps = self._every(at)
+        names, system = [p.name for p in estimator.vector.parameters], estimator.system
+        floor = {p.name for p in self.rig.base} - self._told
+        x[[k for k, name in enumerate(names) if name in floor]] = 0.0
+        noise = {group: max(q, system.strong[group]) for group, q in estimator.noise.items()}
+        strong, hops = estimator.with_noise(noise), self._runs(True)
+        rows = self._rows(estimator)[True]
+        residuals = estimator.residuals(x)
+        slopes = estimator.jacobian(x, steps=steps, runs=self._runs(False))
+        residuals[rows] = strong.residuals(x)[rows]
+        slopes[rows] = strong.jacobian(x, runs=hops)[rows]
+        near = neighbourhood(estimator, x, residuals, slopes)
+        added = [name for name, one in self.candidates.items() if one.quantities]
+        columns = {
+            name: [names.index(p.name) for p in self.candidates[name].quantities.values()]
+            for name in added
+            if name not in at.names
+        }
+        asked, tried = np.array([k for own in columns.values() for k in own]), list[Array]()
+        for reach in _REACHES:
+            secants = strong.jacobian(x, asked, np.full(len(x), reach), runs=hops)
+            tried.append(near.jacobian.copy())
+            tried[-1][np.ix_(rows, asked)] = secants[np.ix_(rows, asked)]
+        return promising(near, tried, columns, lambda name: self._moving((*at.names, name)))
