@@ -9,7 +9,7 @@ from workbench.diagnose import HopperRig
 from workbench.diagnose.fits import Fits
 from workbench.diagnose.landing import LandingFits
 
-ASKED = (Asked("decay", 0.3, 2.5), Asked("decay", 0.8, 2.5), Asked("hop", 18.0, 4.0))
+ASKED = (Asked("decay", 0.8, 2.0), Asked("hop", 18.0, 3.5))
 FORWARD = 0.008
 
 

@@ -120,10 +120,11 @@ class LandingFits(Fits):
             one = replace(promise, near=of_runs(promise.near, near.estimator, self._runs(True)))
             self._landed[landed] = self._from_floor(landed, shown, one)
         found = self._together(tuple(names))
-        if found.cost < near.cost or found.estimator.noise != near.estimator.noise:
+        if found.cost < near.cost:
             return found
-        # with the same hops it is no less likely than its neighbour, but they may end elsewhere
-        other = self._from(found.names, near, ROUGH, found.jacobian)
+        # no less likely than its neighbour, it has not come to its end
+        same = found.estimator.noise == near.estimator.noise
+        other = self._from(found.names, near, ROUGH, found.jacobian if same else None)
         return min(found, other, key=by_cost)
 
     def _from_floor(
@@ -195,8 +196,11 @@ class LandingFits(Fits):
         kept = [masks[name] for name in system.names]
         estimator, x = Estimator.of(system, vector, noise, kept, self.threads), vector.named(values)
         slopes = self._slopes(estimator, x, parts)
+        begun = self._hypothesis(names, estimator, x, slopes)
         found = minimised(estimator, x, None, _STEPS, ROUGH, slopes)
-        return self._hypothesis(names, estimator, found.x, found.jacobian)
+        # coarse steps may find a way that a hop does not take in full ones
+        ended = self._hypothesis(names, estimator, found.x, found.jacobian)
+        return min(begun, ended, key=by_cost)
 
     def _slopes(
         self, estimator: Estimator, x: Array, parts: Mapping[bool, tuple[Estimator, Array, Array]]
