@@ -69,10 +69,7 @@ class LandingFits(Fits):
         self._landed: dict[tuple[str, ...], Hypothesis] = {}
 
     def little(self, name: str) -> float:
-        """Return what a candidate must promise, of `Fits`: strong correction leaves little of it.
-
-        Those that still runs show promise as much as ever.
-        """
+        """Return what it must promise, of `Fits`: strong correction leaves little of hops alone."""
         return super().little(name) if self._parts([name])[0] else self.rules.suspected
 
     def second(self, name: str) -> float:
@@ -102,8 +99,8 @@ class LandingFits(Fits):
             system, ParameterVector(system.parameters), start=x, fixed=self._told,
             progress=self.progress, threads=self.threads, central=False,
         )  # fmt: skip
-        hops = self._hops._hypothesis(landed, fit.estimator, fit.x, fit.jacobian)
-        self._landed[landed] = hops
+        one = self._hops._hypothesis(landed, fit.estimator, fit.x, fit.jacobian)
+        self._landed[landed] = one
         return self._together(names)
 
     def refit(self, names: Sequence[str], near: Hypothesis, promise: Promise) -> Hypothesis:
@@ -143,8 +140,7 @@ class LandingFits(Fits):
             weighed = likeliest(estimator, found.x, up=0)
             if weighed.noise == estimator.noise:
                 break
-            estimator = weighed
-            slopes = found.jacobian
+            estimator, slopes = weighed, found.jacobian
             found = minimised(estimator, found.x, free, _STEPS, ROUGH, slopes, known=False)
         return self._hops._hypothesis(names, estimator, found.x, found.jacobian)
 
@@ -259,11 +255,10 @@ class LandingFits(Fits):
         residuals[rows] = strong.residuals(x)[rows]
         slopes[rows] = strong.jacobian(x, runs=hops)[rows]
         near = neighbourhood(estimator, x, residuals, slopes)
-        added = [name for name, one in self.candidates.items() if one.quantities]
         columns = {
-            name: [names.index(p.name) for p in self.candidates[name].quantities.values()]
-            for name in added
-            if name not in at.names
+            name: [names.index(p.name) for p in one.quantities.values()]
+            for name, one in self.candidates.items()
+            if one.quantities and name not in at.names
         }
         asked, tried = np.array([k for own in columns.values() for k in own]), list[Array]()
         for reach in _REACHES:
