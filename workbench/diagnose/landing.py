@@ -63,9 +63,9 @@ class LandingFits(Fits):
         super().__init__(still.rig, fits.rules, fits.progress, fits.threads, left_out)
         self._still = still
         self._hops = self.of(still.rig, still.train)
-        self._known = dict[tuple[str, ...], Hypothesis]()
+        self._stills = dict[tuple[str, ...], Hypothesis]()
         if base is not None:
-            self._known[()] = base
+            self._stills[()] = base
         self._landed: dict[tuple[str, ...], Hypothesis] = {}
 
     def little(self, name: str) -> float:
@@ -77,8 +77,8 @@ class LandingFits(Fits):
         return max(super().second(name), self.little(name))
 
     @cached_property
-    def _told(self) -> set[str]:
-        """Return the names of the shared numbers of which still runs tell."""
+    def _determined(self) -> set[str]:
+        """Return the names of the shared numbers that still runs determine."""
         if not self._still.train:
             return set()
         every = [p for one in self.candidates.values() for p in one.quantities.values()]
@@ -93,10 +93,10 @@ class LandingFits(Fits):
         """Fit a hypothesis by the whole recipe, hops from the stated floor; of `Fits`."""
         shown, landed = self._parts(names)
         if shown:
-            self._known[shown] = self._still.whole(shown, start, late)
+            self._stills[shown] = self._still.whole(shown, start, late)
         system, x = self._hopping(landed, shown)
         fit = fit_system(
-            system, ParameterVector(system.parameters), start=x, fixed=self._told,
+            system, ParameterVector(system.parameters), start=x, fixed=self._determined,
             progress=self.progress, threads=self.threads, central=False,
         )  # fmt: skip
         one = self._hops._hypothesis(landed, fit.estimator, fit.x, fit.jacobian)
@@ -109,10 +109,10 @@ class LandingFits(Fits):
         What still runs do not show of it is fitted to hops, once; both parts are put together.
         """
         shown, landed = self._parts(names)
-        if shown and shown not in self._known:
-            before = self._known.get(self._parts(near.names)[0], self._known[()])
+        if shown and shown not in self._stills:
+            before = self._stills.get(self._parts(near.names)[0], self._stills[()])
             one = replace(promise, near=of_runs(promise.near, near.estimator, self._runs(False)))
-            self._known[shown] = self._still.refit(shown, before, one)
+            self._stills[shown] = self._still.refit(shown, before, one)
         if landed not in self._landed:
             one = replace(promise, near=of_runs(promise.near, near.estimator, self._runs(True)))
             self._landed[landed] = self._from_floor(landed, shown, one)
@@ -132,7 +132,7 @@ class LandingFits(Fits):
         system, x = self._hopping(names, shown, like.system)
         vector = ParameterVector(system.parameters)
         estimator = Estimator.of(system, vector, system.strong, like.masks, self.threads)
-        free = np.array([p.name not in self._told for p in vector.parameters])
+        free = np.array([p.name not in self._determined for p in vector.parameters])
         goal = np.clip([promise.numbers[p.name] for p in vector.parameters], *vector.bounds)
         slopes = columns_of(promise.near, vector)
         found = minimised(estimator, np.where(free, goal, x), free, _STEPS, ROUGH, slopes)
@@ -146,7 +146,7 @@ class LandingFits(Fits):
 
     def still_part(self, one: Hypothesis) -> tuple[Fits, Hypothesis]:
         """Return fits of the still runs, and what they show of a hypothesis."""
-        return self._still, self._known[self._parts(one.names)[0]]
+        return self._still, self._stills[self._parts(one.names)[0]]
 
     def _parts(self, names: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Return those of some candidates that still runs show, and the others."""
@@ -154,26 +154,26 @@ class LandingFits(Fits):
         for name in names:
             one = self.candidates[name]
             numbers = {*(p.name for p in one.quantities.values()), *one.frees}
-            (shown if numbers & self._told else others).append(name)
+            (shown if numbers & self._determined else others).append(name)
         return tuple(shown), tuple(others)
 
     def _hopping(
         self, names: Sequence[str], shown: tuple[str, ...], like: System | None = None
     ) -> tuple[System, Array]:
-        """Return the hops of a hypothesis and its numbers: those told of, and the stated floor."""
+        """Return the hops of a hypothesis and its numbers: those known, and the stated floor."""
         hops = self._hops
         system = hops.rig.system(hops.train, self._released(names), like or hops._nominal)
-        told = self._known[shown].values if self._told else {}
-        start = {name: value for name, value in told.items() if name in self._told}
+        values = self._stills[shown].values if self._determined else {}
+        start = {name: value for name, value in values.items() if name in self._determined}
         return system, ParameterVector(system.parameters).named(start)
 
     def _together(self, names: tuple[str, ...]) -> Hypothesis:
         """Return a hypothesis fitted to all runs, from where the still ones and hops ended."""
         shown, landed = self._parts(names)
         hops = self._landed[landed]
-        if not self._told:
+        if not self._determined:
             return hops
-        still = self._known[shown]
+        still = self._stills[shown]
         parts = {False: (still.estimator, still.x, still.jacobian),
                  True: (hops.estimator, hops.x, hops.jacobian)}  # fmt: skip
         inputs, masks = dict[str, Array | None](), dict[str, NDArray[np.bool_]]()
@@ -203,12 +203,12 @@ class LandingFits(Fits):
     ) -> Array:
         """Return the derivatives of all residuals, (m, p) [1], most of them known of the parts."""
         names = [p.name for p in estimator.vector.parameters]
-        told = np.array([k for k, name in enumerate(names) if name in self._told])
-        slopes = estimator.jacobian(x, told, runs=self._runs(True))
+        asked = np.array([k for k, name in enumerate(names) if name in self._determined])
+        slopes = estimator.jacobian(x, asked, runs=self._runs(True))
         rows = self._rows(estimator)
         for landing, (part, _, known) in parts.items():
             own = [p.name for p in part.vector.parameters]
-            kept = [k for k, name in enumerate(own) if not landing or name not in self._told]
+            kept = [k for k, name in enumerate(own) if not landing or name not in self._determined]
             columns = np.array([names.index(own[k]) for k in kept])
             slopes[np.ix_(rows[landing], columns)] = known[: part.edges[-2], kept]
         return slopes
@@ -226,14 +226,14 @@ class LandingFits(Fits):
     def promises(self, at: Hypothesis) -> list[Promise]:
         """Return what each candidate promises, of `Fits`: in still runs alone if those show it."""
         near = self._near(at)
-        alone = of_runs(near, at.estimator, self._runs(False)) if self._told else near
+        alone = of_runs(near, at.estimator, self._runs(False)) if self._determined else near
         still, every = (
             {one.name: one for one in screened(part, self.candidates, self._moving, at.names)}
             for part in (alone, near)
         )
-        told = [name for name in every if self._parts([name])[0]]
+        shown = [name for name in every if self._parts([name])[0]]
         found = [
-            replace(one, gain=still[name].gain, sure=still[name].sure) if name in told else one
+            replace(one, gain=still[name].gain, sure=still[name].sure) if name in shown else one
             for name, one in every.items()
         ]
         return sorted(found, key=lambda one: -one.gain)
@@ -245,7 +245,7 @@ class LandingFits(Fits):
         """
         estimator, x, steps = self._every(at)
         names, system = [p.name for p in estimator.vector.parameters], estimator.system
-        floor = {p.name for p in self.rig.base} - self._told
+        floor = {p.name for p in self.rig.base} - self._determined
         x[[k for k, name in enumerate(names) if name in floor]] = 0.0
         noise = {group: max(q, system.strong[group]) for group, q in estimator.noise.items()}
         strong, hops = estimator.with_noise(noise), self._runs(True)

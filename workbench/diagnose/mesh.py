@@ -41,7 +41,7 @@ class _Mesh:
         """Return whether a hypothesis with causes, of other fits, is likelier by it."""
         if isinstance(fits, LandingFits):
             fits, leader = fits.still_part(leader)
-        if not leader.names:  # hops alone show it, and they tell nothing of a mesh
+        if not leader.names:  # hops alone show it, and those of either mesh are alike
             return False
         fits.progress(f"fit {together(leader.names)} by the other mesh")
         leader = fits.weighed(leader)
