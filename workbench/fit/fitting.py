@@ -111,7 +111,7 @@ def fit_system(
     x = _inside(vector, np.zeros(len(vector)) if start is None else start)
     progress("observe the runs with strong correction")
     estimator = refined(Estimator.of(system, vector, _far(system), threads=threads), x)
-    free = _free(vector, fixed)
+    free = np.array([p.name not in fixed for p in vector.parameters])
     first = free & [p.scope is not Scope.RUN and p.name not in late for p in vector.parameters]
     found = minimised(replace(estimator, window=_FIRST_S), x, first, _MOST, ROUGH)
     count, whole = found.evaluations, estimator.window
@@ -121,26 +121,17 @@ def fit_system(
     return _rounds(replace(short, window=whole), found, free, progress, count, central)
 
 
-def fit_near(
-    estimator: Estimator,
-    x: Array,
-    *,
-    fixed: Collection[str] = (),
-    progress: Progress = lambda text: None,
-    central: bool = True,
-) -> Fit:
+def fit_near(estimator: Estimator, x: Array, progress: Progress = lambda text: None) -> Fit:
     """Return the fit from a place that is near, weighing the process noise anew.
 
     Args:
         estimator: with the process noise to begin with.
         x: (p,) the minimiser's numbers there [1].
-        fixed: of `fit_system`.
         progress: called at each stage.
-        central: of `fit_system`.
     """
     x = _inside(estimator.vector, x)
     begin = Minimum(x, np.zeros(0), np.zeros((0, len(x))), 0, False, np.inf)
-    return _rounds(estimator, begin, _free(estimator.vector, fixed), progress, 0, central)
+    return _rounds(estimator, begin, np.ones(len(x), dtype=np.bool_), progress, 0)
 
 
 def settled(estimator: Estimator, x: Array) -> Fit:
@@ -160,7 +151,7 @@ def _rounds(
     free: NDArray[np.bool_],
     progress: Progress,
     count: int,
-    central: bool,
+    central: bool = True,
 ) -> Fit:
     """Fit whole runs and weigh the process noise in turn, until it stays."""
     before = found._replace(jacobian=np.zeros((0, len(found.x))))
@@ -261,11 +252,6 @@ def minimised(
     columns = np.zeros((len(found.residuals), len(x)))
     columns[:, moved] = slopes
     return found._replace(x=x, jacobian=columns, evaluations=count)
-
-
-def _free(vector: ParameterVector, fixed: Collection[str]) -> NDArray[np.bool_]:
-    """Return which parameters move, (p,)."""
-    return np.array([p.name not in fixed for p in vector.parameters])
 
 
 def _far(system: System) -> dict[str, float]:

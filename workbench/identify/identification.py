@@ -191,9 +191,7 @@ def identify(
         progress(f"a beam of {robot.increments} increments does not follow: try {FINER}")
         system = Hopper(finer, used, free)
         noise = fit.estimator.noise
-        other = fit_near(
-            Estimator.of(system, fit.vector, noise, threads=threads), fit.x, progress=progress
-        )
+        other = fit_near(Estimator.of(system, fit.vector, noise, threads=threads), fit.x, progress)
         if _log_likelihood(other) > _log_likelihood(fit):
             robot, fit, other = finer, other, fit
     doubts = _unlike(fit, other) if other is not None and misses_physics(fit) else {}
