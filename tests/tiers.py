@@ -2,8 +2,10 @@
 
 `make test` runs the first tier: all that is not marked `long`. A test of it that costs more than
 its budget fails the run, so that the tier stays quick; the ten slowest are printed. Cost is
-processor time, of the test and of the processes it started, as that does not depend on what else
-the computer does; waiting has a budget of its own, which a busy computer hardly reaches.
+processor time, of the test and of the processes it started, as that hardly depends on what else the
+computer does. It is measured against a loop of known cost, timed right after a costly test: on a
+computer that is twice as slow, or shares its cores, a test may take twice as long. Waiting has a
+budget of its own, which a busy computer hardly reaches.
 
 Linear algebra uses one thread: its small matrices gain nothing from more, and threads that wait for
 each other use up the cores of the other workers. Set before numpy loads, for processes as well.
@@ -18,6 +20,7 @@ from __future__ import annotations
 
 import gc
 import os
+import time
 from collections.abc import Generator, Iterable
 from typing import NamedTuple, cast
 
@@ -34,7 +37,11 @@ BUDGET_S = 12.0
 WAIT_S = 60.0
 """How long it may take on a busy computer, where it mostly waits [s]."""
 
+TURNS, TURNS_S = 1_000_000, 0.07
+"""Turns of an empty loop, and the processor time that budgets suppose for them [s]."""
+
 _SHOWN = 10
+_COSTLY = 4.0  # part of its budget from which a phase of a test is measured against the loop
 _COST = "cost"
 _ALONE = "alone"
 
@@ -45,10 +52,12 @@ class Cost(NamedTuple):
     Args:
         processor_s: of the test and the processes that it started and awaited [s].
         wall_s: from its begin to its end [s].
+        counted_s: processor time on a computer as fast as budgets suppose [s].
     """
 
     processor_s: float
     wall_s: float
+    counted_s: float
 
 
 class Costs:
@@ -68,14 +77,13 @@ class Costs:
         for name, value in report.user_properties:
             if name != _COST:
                 continue
-            processor_s, budget = cast("tuple[float, float | None]", value)
+            processor_s, counted_s, budget = cast("tuple[float, float, float | None]", value)
             self.total_s += processor_s
             if report.when == "teardown":
                 continue
-            before = self.spent.get(report.nodeid, Cost(0.0, 0.0))
-            self.spent[report.nodeid] = Cost(
-                before.processor_s + processor_s, before.wall_s + report.duration
-            )
+            before = self.spent.get(report.nodeid, Cost(0.0, 0.0, 0.0))
+            new = (processor_s, report.duration, counted_s)
+            self.spent[report.nodeid] = Cost(*map(sum, zip(before, new, strict=True)))
             if budget is not None:
                 self.budgets[report.nodeid] = budget
 
@@ -83,9 +91,10 @@ class Costs:
         """Return the tests that cost more than they may -> by what."""
         found = {}
         for test, budget in self.budgets.items():
-            processor_s, wall_s = self.spent[test]
-            if processor_s > budget:
-                found[test] = f"{processor_s:.1f} s of processor time, {budget:g} s are allowed"
+            processor_s, wall_s, counted_s = self.spent[test]
+            if counted_s > budget:
+                allowed = budget * processor_s / counted_s
+                found[test] = f"{processor_s:.1f} s of processor time, {allowed:.2g} s are allowed"
             elif wall_s > WAIT_S * budget / BUDGET_S:
                 allowed = WAIT_S * budget / BUDGET_S
                 found[test] = f"took {wall_s:.0f} s, {allowed:g} s are allowed"
@@ -102,7 +111,7 @@ class Costs:
             return
         terminalreporter.section("cost")
         slowest = sorted(self.spent.items(), key=lambda one: -one[1].processor_s)[:_SHOWN]
-        for test, (processor_s, wall_s) in slowest:
+        for test, (processor_s, wall_s, _) in slowest:
             terminalreporter.line(f"{processor_s:6.1f} s of processor, {wall_s:6.1f} s: {test}")
         terminalreporter.line(f"{self.total_s:6.0f} s of processor in all {len(self.spent)} tests")
         for test, why in self.over().items():
@@ -161,9 +170,19 @@ def pytest_runtest_makereport(
     report = yield
     now = _processor_s()
     spent, item.stash[_before] = now - item.stash.get(_before, now), now
-    budget = _budget_s(item) if item.get_closest_marker("long") is None else None
-    report.user_properties.append((_COST, (spent, budget)))
+    budget = _budget_s(item)
+    counted = spent / slowness() if spent > budget / _COSTLY else spent
+    first = item.get_closest_marker("long") is None
+    report.user_properties.append((_COST, (spent, counted, budget if first else None)))
     return report
+
+
+def slowness() -> float:
+    """Return how many times slower this computer is now than budgets suppose; at least 1."""
+    begun = time.process_time()
+    for _ in range(TURNS):
+        pass
+    return max(1.0, (time.process_time() - begun) / TURNS_S)
 
 
 def _processor_s() -> float:

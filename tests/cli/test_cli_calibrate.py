@@ -27,6 +27,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "runs"
 
 
+@pytest.mark.budget(20)  # makes the five runs of this module
 def test_the_line_is_found_written_and_never_overwritten(
     workbench: Command, runs: Path, tmp_path: Path
 ) -> None:

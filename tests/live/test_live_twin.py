@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
+import re
 import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
+from io import BytesIO
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from tests.bundles import journal_of, manifest_of
@@ -21,6 +24,8 @@ from workbench.errors import WorkbenchError
 from workbench.hw import SystemClock, serve
 from workbench.hw.simulated import SimulatedRiden
 from workbench.live import LiveState, LiveTwin
+from workbench.live.messages import bodies_line, frame_bytes
+from workbench.live.worker import work
 from workbench.schemas import StopWhen
 from workbench.tracking import Recorder, Stream, Take, read_take
 
@@ -98,11 +103,38 @@ def test_a_body_that_slips_ends_the_run_by_itself(
     )
     assert "(stop_when: prediction error above 5 mm for 0.2 s)" in stop["reason"]
     assert twin["gone"] == ""
-    errors = bundle.series.read("live")
-    before = errors.between(1.2, fault_s - 0.02)
-    assert len(before) > 50
-    assert np.nanmax(before["prediction_error_mm"]) < 5
+    since = re.search(
+        r"([\d.]+) s after the first frame, above 5 mm for ([\d.]+) s", stop["reason"]
+    )
+    assert since is not None, stop["reason"]
+    assert float(since[1]) - float(since[2]) > fault_s - 0.02  # the slip, nothing before it
+    assert len(bundle.series.read("live").between(1.2, fault_s - 0.02)) > 50
     assert len(read_take(bundle.take())) > (fault_s + 0.2) / FRAME_S  # what it shows is kept
+
+
+def test_the_prediction_error_is_below_the_limit_up_to_the_slip_where_no_frame_is_left_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("workbench.live.worker.BEHIND_S", 60.0)  # they all wait from the beginning
+    fault_s, said = 2.6, []
+    take = slipped(filmed(2.5), "T", fault_s, 0.02)
+    with (
+        StubServer(sent(take), pause_s=FRAME_S) as server,
+        Recorder(Stream(command_port=server.port)) as recorder,
+    ):
+        wait_for(lambda: len(server.sent_s) == len(take), 30)
+        time.sleep(0.2)  # for the last ones to be read
+        head = json.dumps(asdict(task(stop_when=LIMIT))).encode() + b"\n"
+        frames = b"".join(map(frame_bytes, recorder.since(0)))
+        source = BytesIO(head + bodies_line(recorder.bodies) + frames)
+    work(source, lambda kind, value: said.append((kind, value)))
+    (stop,) = [value for kind, value in said if kind == "stop"]
+    assert fault_s + 0.19 < stop["time_s"] < fault_s + 0.4
+    parts = [value for kind, value in said if kind in ("state", "end")]
+    pairs = [pair for value in parts for pair in value["errors"]]
+    before = [error for at, error in pairs if 1.2 < at < fault_s - 0.02 and error is not None]
+    assert len(before) > 100
+    assert max(before) < 5
 
 
 def test_one_that_is_too_slow_skips_and_the_recording_is_complete() -> None:

@@ -42,6 +42,7 @@ def answers(data: bytes) -> bool:
     return row_bulk(source, version_of(source)) is not None
 
 
+@pytest.mark.budget(25)  # compiles the reader where no cache is kept
 @pytest.mark.parametrize("flavour", FLAVOURS)
 def test_our_own_exports_are_read_in_bulk(flavour: str, stored: Path, tmp_path: Path) -> None:
     data = (stored / f"hop_{flavour}.csv").read_bytes()

@@ -18,6 +18,7 @@ OFTEN = ("row_1.1", "motive_1.21", "motive_1.23")
 OTHERS = [pytest.param(one, marks=pytest.mark.long) for one in FLAVOURS if one not in OFTEN]
 
 
+@pytest.mark.budget(25)  # compiles the reader where no cache is kept
 @pytest.mark.parametrize("flavour", [*OFTEN, *OTHERS])
 def test_changed_exports_are_read_rightly_or_refused_with_a_cause(
     flavour: str, tmp_path: Path
