@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import mujoco
 import numpy as np
@@ -33,6 +35,7 @@ from workbench.fit import (
     fit_system,
     free_parameters,
     intervals,
+    minimised,
     refined,
     undetermined,
 )
@@ -100,6 +103,34 @@ def test_a_derivative_at_a_bound_is_taken_to_the_side_that_is_left() -> None:
         moved = np.flatnonzero(np.isfinite(bound))
         norms = np.linalg.norm(found[:, moved], axis=0) / np.linalg.norm(inside[:, moved], axis=0)
         assert np.all((norms > 0.3) & (norms < 3)), norms
+
+
+class Kinked:
+    """One number; coarse steps promise that it lowers the cost, full ones that it does not."""
+
+    vector = SimpleNamespace(bounds=(np.array([-5.0]), np.array([5.0])))
+    robust, edges = np.array([3.0]), (0, 1, 1)
+
+    def __init__(self, full: bool = True) -> None:
+        self.full = full
+
+    def near(self, x: np.ndarray) -> Kinked:
+        return Kinked(full=False)
+
+    def residuals(self, x: np.ndarray) -> np.ndarray:
+        return np.array([1.0 + 5.0 * (x[0] != 0)]) if self.full else 1.0 - x
+
+    def jacobian(self, x: np.ndarray, *given: object) -> np.ndarray:
+        return np.array([[-1.0]])
+
+
+def test_a_way_that_full_steps_do_not_take_is_not_taken() -> None:
+    found = minimised(cast("Estimator", Kinked()), np.zeros(1))
+    assert found.x.tolist() == [0.0]
+    assert found.residuals.tolist() == [1.0]
+    assert not found.converged
+    coarse = minimised(cast("Estimator", Kinked(full=False)), np.zeros(1))
+    assert coarse.x[0] > 0.4
 
 
 def test_data_are_robust_and_priors_are_squares() -> None:

@@ -11,7 +11,7 @@ from benchmarks.bank.courses import Course
 from tests.fit.filmed import ROBOT, hopper, measured, ramp, twin_motion
 from workbench.fit import Estimator, Hopper, ParameterVector, observe
 from workbench.motion import TOP
-from workbench.sim import Condition, simulate
+from workbench.sim import Condition, Stepper, simulate
 
 COURSES = {
     "clamped": Course("clamped", 2.0, ramp(11.0)),
@@ -36,6 +36,7 @@ def estimator(hopper: Hopper, noise: dict[str, float], threads: int = 1) -> Esti
     return Estimator.of(hopper, ParameterVector(hopper.parameters), noise, threads=threads)
 
 
+@pytest.mark.budget(60)  # compiles what all observers call, where no cache is kept
 @pytest.mark.parametrize("noise", [SIZE, NONE])
 def test_at_the_true_robot_innovations_are_the_cameras_noise(noise: dict[str, float]) -> None:
     found = estimator(system(), noise).innovations(np.zeros(len(system().parameters)))
@@ -49,6 +50,17 @@ def test_results_are_the_same_bits_for_any_number_of_threads() -> None:
     for a, b in zip(one, three, strict=True):
         assert np.array_equal(a.error, b.error)
         assert np.array_equal(a.information, b.information)
+
+
+def test_the_compiled_track_is_that_of_one_sample_after_another(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    x = np.full(len(system().parameters), 0.1)
+    whole = estimator(system(), SIZE).innovations(x, keep=True)
+    monkeypatch.setattr(Stepper, "chains", lambda self, steps: None)
+    for a, b in zip(estimator(system(), SIZE).innovations(x, keep=True), whole, strict=True):
+        for name in ("error", "white", "information", "slopes", "qpos", "qvel"):
+            assert np.array_equal(getattr(a, name), getattr(b, name), equal_nan=True), name
 
 
 def test_jobs_that_are_made_one_by_one_come_back_in_their_order() -> None:

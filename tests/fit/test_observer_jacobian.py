@@ -6,7 +6,8 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from workbench.fit.observer import _jacobians
+from workbench.fit.correction import translations
+from workbench.fit.observer import _translating
 
 CHAIN = """
 <mujoco>
@@ -20,19 +21,28 @@ CHAIN = """
   </worldbody>
 </mujoco>
 """
-FREE = CHAIN.replace('<joint type="slide" axis="1 0 0"/>', "<freejoint/>")
 
 
-def test_jacobians_of_hinges_slides_and_a_free_joint_are_the_engine_s() -> None:
-    for text in (CHAIN, FREE):
-        model = mujoco.MjModel.from_xml_string(text)
-        batch = Batch(model, nsim=2, nthread=1, persistent=True)
-        batch.bind("qpos")[:, -3:] = [[0.4, -0.7, 0.2], [1.0, 0.3, -0.5]]
-        batch.forward(stage=int(mujoco.mjtStage.mjSTAGE_VEL))
-        bodies = np.array([model.body("end").id, model.body("aside").id], dtype=np.int64)
-        points = batch.bind("xpos")[:, bodies] + [0.1, 0.2, 0.3]
-        found = np.empty((2, 6, model.nv))
-        _jacobians(batch, batch.bind("xanchor"), bodies)(points, found)
-        for p, body in enumerate(bodies):
-            engine = batch.jac(int(body), points[:, p])[0]
-            np.testing.assert_allclose(found[:, 3 * p : 3 * p + 3], engine, atol=1e-12)
+def batch_of(text: str) -> Batch:
+    batch = Batch(mujoco.MjModel.from_xml_string(text), nsim=2, nthread=1, persistent=True)
+    batch.bind("qpos")[:, -3:] = [[0.4, -0.7, 0.2], [1.0, 0.3, -0.5]]
+    batch.forward(stage=int(mujoco.mjtStage.mjSTAGE_VEL))
+    return batch
+
+
+def test_jacobians_of_hinges_and_slides_are_the_engine_s() -> None:
+    batch = batch_of(CHAIN)
+    bodies = np.array([batch.model.body(name).id for name in ("end", "aside")], dtype=np.int64)
+    points = batch.bind("xpos")[:, bodies] + [0.1, 0.2, 0.3]
+    found = np.empty((2, 6, batch.model.nv))
+    given = _translating(batch, batch.bind("xanchor"), bodies)
+    assert given is not None
+    translations(points, *given, found)
+    for p, body in enumerate(bodies):
+        engine = batch.jac(int(body), points[:, p])[0]
+        np.testing.assert_allclose(found[:, 3 * p : 3 * p + 3], engine, atol=1e-12)
+
+
+def test_those_of_a_free_joint_are_left_to_the_engine() -> None:
+    batch = batch_of(CHAIN.replace('<joint type="slide" axis="1 0 0"/>', "<freejoint/>"))
+    assert _translating(batch, batch.bind("xanchor"), np.array([1])) is None

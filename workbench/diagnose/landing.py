@@ -192,11 +192,8 @@ class LandingFits(Fits):
         kept = [masks[name] for name in system.names]
         estimator, x = Estimator.of(system, vector, noise, kept, self.threads), vector.named(values)
         slopes = self._slopes(estimator, x, parts)
-        begun = self._hypothesis(names, estimator, x, slopes)
         found = minimised(estimator, x, None, _STEPS, ROUGH, slopes)
-        # coarse steps may find a way that a hop does not take in full ones
-        ended = self._hypothesis(names, estimator, found.x, found.jacobian)
-        return min(begun, ended, key=by_cost)
+        return self._hypothesis(names, estimator, found.x, found.jacobian)
 
     def _slopes(
         self, estimator: Estimator, x: Array, parts: Mapping[bool, tuple[Estimator, Array, Array]]

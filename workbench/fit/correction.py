@@ -14,11 +14,16 @@ would be an allocation in every sample.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LONGEST", "correct", "predicted", "translations"]
+from workbench.sim import compiled, step_chains
+
+__all__ = ["LONGEST", "correct", "predicted", "track_chains", "translations"]
 
 Array = NDArray[np.float64]
 
@@ -224,3 +229,53 @@ def correct(
                 moved = place
         for i in follow:
             userdata[s, i] += moved
+
+
+def _track_chains(
+    chains: Any, command: Array, control: Array, seen: Array, sane: NDArray[np.int64],
+    broken: NDArray[np.bool_], places: Any, slopes_of: Any, gates: Any, view: Any, state: Any,
+    found: Any, kept: Any,
+) -> None:  # fmt: skip
+    """Step chains from sample to sample to their end, and correct them by each.
+
+    Args:
+        chains: arguments of `step_chains`.
+        command: (s, nu) ctrl, written [unit of the actuator].
+        control: (s, n, nu) from each sample to the next [unit of the actuator].
+        seen: (s, n, c) of `correct`, as what follows [unit of the channel].
+        sane: (s,) samples before the numbers blew up, written.
+        broken: (s,) of `step_chains`.
+        places: of `predicted`.
+        slopes_of: of `translations`, from the bodies to the Jacobian.
+        gates: gate and streak.
+        view: mix to coloured, then follow.
+        state: qpos, qvel and userdata.
+        found: innovation to slopes, of all samples, (n, s, ...).
+        kept: (n, s, nq) and (n, s, nv) before each correction, written [m, rad] and their rates; of
+            no samples where they are not wanted.
+    """
+    points, jacobian = places[-1], slopes_of[-1]
+    (gate, streak), (qpos, qvel, userdata) = gates, state
+    mix, pick, pick_rate, bias, delay, basis, covariance, noise, memory, coloured, follow = view
+    innovation, white, information, slopes = found
+    for k in range(seen.shape[1]):
+        if k > 0:
+            broken[:] = False  # corrected, it may go on
+            command[:] = control[:, k - 1]
+            step_chains(*chains)
+            for s in range(len(sane)):
+                if broken[s]:
+                    sane[s] = min(sane[s], k)
+        if len(kept[0]):
+            kept[0][k] = qpos
+            kept[1][k] = qvel
+        predicted(*places)
+        translations(points, *slopes_of)
+        correct(
+            seen[:, k], gate, streak, points, jacobian, mix, pick, pick_rate, bias, delay,
+            basis, covariance, noise, memory, coloured, follow, qpos, qvel, userdata,
+            innovation[k], white[k], information[k], slopes[k],
+        )  # fmt: skip
+
+
+track_chains: Callable[..., None] = compiled(_track_chains)

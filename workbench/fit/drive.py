@@ -105,7 +105,7 @@ def fit_drive(
     for _ in range(_PASSES):
         # a glitch in the first samples, where lag and delay show, still pulls at them
         still = np.where(calm(against - usual, sigma), against - ripple, np.nan)
-        found = _regressed(times, still, steps, sigma)
+        found = _regressed(times, still, steps, sigma, near=found.x)
         usual = _turned(times, steps, found.x)
         turning = _within_turns(times, usual, usual + smooth + ripple + turn, torque)
         smooth, ripple = _smoothed(against - usual, turning, sigma, memory)
@@ -123,13 +123,39 @@ def _turned(times: Array, steps: Steps, x: Array) -> Array:
     return x[3] + commanded_angle(times, steps, x[0], x[1], x[2])
 
 
-def _regressed(times: Array, angle: Array, steps: Steps, sigma: float, spread: float = 1.0) -> Any:
-    """Return scipy's result for gain, lag, delay and offset of an angle, (n,), NaN where unseen."""
+def _slopes(times: Array, steps: Steps, x: Array) -> Array:
+    """Return the derivatives of `_turned`, (n, 4) [rad, rad/s, rad/s, 1]."""
+    gain, lag, delay, _ = x
+    slopes, before = np.zeros((len(times), 4)), 0.0
+    slopes[:, 3] = 1.0
+    for begin, speed in steps:
+        more, over = speed - before, np.maximum(times - delay - begin, 0.0) / lag
+        faded = np.expm1(-over)
+        slopes[:, 0] += more * lag * (over + faded)
+        slopes[:, 1] += gain * more * (faded + over * (1 + faded))
+        slopes[:, 2] += gain * more * faded
+        before = speed
+    return slopes
+
+
+def _regressed(
+    times: Array,
+    angle: Array,
+    steps: Steps,
+    sigma: float,
+    spread: float = 1.0,
+    near: Array | None = None,
+) -> Any:
+    """Return scipy's result for gain, lag, delay and offset of an angle, (n,), NaN where unseen.
+
+    It begins at those of `near`, (4,), where they are known.
+    """
     seen = np.isfinite(angle)
     times, angle = times[seen], angle[seen]
     return scipy.optimize.least_squares(
         lambda x: (angle - _turned(times, steps, x)) / sigma,
-        [1.0, _LAG_S, 0.0, float(angle[0])],
+        [1.0, _LAG_S, 0.0, float(angle[0])] if near is None else near,
+        lambda x: -_slopes(times, steps, x) / sigma,
         loss="soft_l1",
         f_scale=_ROBUST * spread,
         bounds=([0.2, _LEAST_LAG_S, -0.5, -np.inf], [5.0, 2.0, 0.5, np.inf]),

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from workbench.fit.correction import LONGEST
 from workbench.fit.estimator import NEAREST, Estimator, reaches
-from workbench.fit.minimise import CLOSE, ROUGH, Minimum, minimum
+from workbench.fit.minimise import CLOSE, ROUGH, Minimum, minimum, soft
 from workbench.fit.observer import Innovations, observe
 from workbench.fit.parameters import ParameterVector, Scope
 from workbench.fit.process import likeliest
@@ -209,6 +209,9 @@ def minimised(
 ) -> Minimum:
     """Return the least cost of an estimator as it is; columns of held numbers are zero.
 
+    A pass that ends costlier in full steps than it began is not taken: coarse steps may find a way
+    that a hop does not take.
+
     Args:
         estimator: of the residuals.
         x: (p,) the minimiser's numbers at the start [1].
@@ -237,6 +240,10 @@ def minimised(
         steps = reaches(found)
         return found[:, moved]
 
+    def cost(residuals: Array) -> float:
+        return float(np.sum(soft(residuals, estimator.robust)))
+
+    begun = estimator.residuals(x)
     while True:
         cheap = estimator.near(x)
         found = minimum(
@@ -245,13 +252,17 @@ def minimised(
             radius, estimator.edges,
         )  # fmt: skip
         step, slopes = found.x - x[moved], found.jacobian
-        x, count, passes = whole(found.x), count + found.evaluations, passes + 1
+        count, passes, ended = count + found.evaluations, passes + 1, whole(found.x)
+        residuals = estimator.residuals(ended)
+        if worse := cost(residuals) > cost(begun):
+            break
+        x, begun = ended, residuals
         still = float(np.sum((slopes @ step) ** 2)) < max(near, _STILL)
         if still or passes == _PASSES or count >= most:
             break
-    columns = np.zeros((len(found.residuals), len(x)))
+    columns = np.zeros((len(begun), len(x)))
     columns[:, moved] = slopes
-    return found._replace(x=x, jacobian=columns, evaluations=count)
+    return Minimum(x, begun, columns, count, found.converged and not worse, cost(begun))
 
 
 def _far(system: System) -> dict[str, float]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import copy
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -19,7 +19,7 @@ import numpy as np
 from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
-from workbench.fit.correction import correct, predicted, translations
+from workbench.fit.correction import correct, predicted, track_chains, translations
 from workbench.fit.gain import Gain
 from workbench.fit.observation import Observation
 from workbench.sim import Stepper, keep_engine_quiet, parallel_map
@@ -27,6 +27,7 @@ from workbench.sim import Stepper, keep_engine_quiet, parallel_map
 __all__ = ["Innovations", "Job", "SampleInnovations", "Start", "Together", "observe"]
 
 Array = NDArray[np.float64]
+_Numbers, _Which = NDArray[np.int64], NDArray[np.bool_]
 
 _AT_ONCE = 8
 _LED = 13  # times the steps of a sample: a lead of up to thirteen samples is in no longer steps
@@ -168,22 +169,15 @@ def _observe(numbered: Mapping[int, Job], keep: bool) -> dict[int, Innovations]:
     control = _padded([job.control for job in jobs], length, 0.0)
     count, channels, modes = len(jobs), seen.shape[2], jobs[0].gain.basis.shape[1]
     found = SampleInnovations.of(length, count, channels, modes)
-    kept = [np.zeros((length if keep else 0, *part.shape)) for part in together.state]
-    sane = np.full(count, length)
-    for k in range(length):
-        if k:
-            broken = together.step(control[:, k - 1])
-            sane[broken] = np.minimum(sane[broken], k)
-        if keep:
-            kept[0][k], kept[1][k] = together.state
-        together.correct(seen[:, k], SampleInnovations(*(part[k] for part in found)))
+    qpos, qvel = (np.zeros((length if keep else 0, *part.shape)) for part in together.state)
+    sane = together.track(control, seen, found, (qpos, qvel))
     rates = together.rates(found.slopes)
     return {
         number: Innovations(
             *(part[: len(job.seen), row] for part in found),
             rates=rates[: len(job.seen), row],
-            qpos=kept[0][: len(job.seen), row],
-            qvel=kept[1][: len(job.seen), row],
+            qpos=qpos[: len(job.seen), row],
+            qvel=qvel[: len(job.seen), row],
             sane=int(min(sane[row], len(job.seen))),
         )
         for row, (number, job) in enumerate(numbered.items())
@@ -244,10 +238,46 @@ class Together:
         self.state: tuple[Array, Array] = (batch.bind("qpos"), batch.bind("qvel"))
         self._userdata, self._command = batch.bind("userdata"), batch.bind("ctrl")
         self._points = np.empty((len(jobs), len(self._bodies), 3))
+        stepper = self._stepper
+        self._placing = (stepper.xpos, stepper.xmat, self._bodies, self._offsets, self._points)
         self._jacobian = np.empty((len(jobs), 3 * len(self._bodies), jobs[0].model.nv))
-        self._slopes_of = _jacobians(batch, self._stepper.xanchor, self._bodies)
+        self._translating = _translating(batch, stepper.xanchor, self._bodies)
         self._gate = np.ascontiguousarray([job.gates for job in jobs])
         self._streak = np.zeros(self._gate.shape, dtype=np.int64)
+
+    def track(
+        self, control: Array, seen: Array, found: SampleInnovations, kept: tuple[Array, Array]
+    ) -> NDArray[np.int64]:
+        """Step from the first sample to the last and correct by each.
+
+        Args:
+            control: (s, n, nu) from each sample to the next [unit of the actuator].
+            seen: (s, n, c) measured, NaN where not seen [unit of the channel].
+            found: of (n, s) written.
+            kept: (n, s, nq) and (n, s, nv) before each correction, written [m, rad] and their
+                rates; of no samples where they are not wanted.
+
+        Returns:
+            Samples before the numbers of each simulation blew up, (s,).
+        """
+        sane = np.full(seen.shape[0], seen.shape[1])
+        chains = self._stepper.chains(self._steps)
+        if chains is not None and self._translating is not None:
+            view = (*self._view, *self._gain, self._coloured, self._follow)
+            track_chains(
+                chains, self._command, control, seen, sane, self._stepper.broken, self._placing,
+                (*self._translating, self._jacobian), (self._gate, self._streak), view,
+                (*self.state, self._userdata), tuple(found), kept,
+            )  # fmt: skip
+            return sane
+        for k in range(seen.shape[1]):
+            if k:
+                broken = self.step(control[:, k - 1])
+                sane[broken] = np.minimum(sane[broken], k)
+            if len(kept[0]):
+                kept[0][k], kept[1][k] = self.state
+            self.correct(seen[:, k], SampleInnovations(*(part[k] for part in found)))
+        return sane
 
     def step(
         self, control: Array, samples: int = 1, rows: NDArray[np.int32] | None = None
@@ -271,9 +301,13 @@ class Together:
             seen: (s, c) measured, NaN where not seen [unit of the channel].
             found: written.
         """
-        stepper = self._stepper
-        predicted(stepper.xpos, stepper.xmat, self._bodies, self._offsets, self._points)
-        self._slopes_of(self._points, self._jacobian)
+        predicted(*self._placing)
+        if self._translating is not None:
+            translations(self._points, *self._translating, self._jacobian)
+        else:
+            for p, body in enumerate(self._bodies):
+                jacobian = self.batch.jac(int(body), self._points[:, p])[0]
+                self._jacobian[:, 3 * p : 3 * p + 3] = jacobian
         row: Any = (
             seen, self._gate, self._streak, self._points, self._jacobian, *self._view, *self._gain,
             self._coloured, self._follow, *self.state, self._userdata, *found,
@@ -295,33 +329,23 @@ def _has_own_jacobians(model: mujoco.MjModel) -> bool:
     return bool(np.isin(model.jnt_type, [_SLIDE, _HINGE]).all())
 
 
-def _jacobians(
+def _translating(
     batch: Batch, anchors: Array, bodies: NDArray[np.int64]
-) -> Callable[[Array, Array], None]:
-    """Return what writes the Jacobian (s, 3 p, nv) of points (s, p, 3) on bodies.
+) -> tuple[_Numbers, Array, Array, _Numbers, _Which, _Which] | None:
+    """Return what `translations` takes, but for points and Jacobian; None for other joints.
 
     The engine's own call does it for any joint, and costs a third of the whole observation; with
     `anchors`, xanchor (s, njnt, 3), hinges and slides are done here.
     """
     model = batch.model
     if not _has_own_jacobians(model):
-
-        def called(points: Array, jacobian: Array) -> None:
-            for p, body in enumerate(bodies):
-                jacobian[:, 3 * p : 3 * p + 3] = batch.jac(int(body), points[:, p])[0]
-
-        return called
-    axes = batch.bind("xaxis")
+        return None
     joints = model.dof_jntid.astype(np.int64)
     slides = model.jnt_type[joints] == _SLIDE
     moving = np.zeros((model.nbody, model.nv), dtype=np.bool_)
     for body in range(1, model.nbody):
         moving[body] = moving[model.body_parentid[body]] | (model.dof_bodyid == body)
-
-    def computed(points: Array, jacobian: Array) -> None:
-        translations(points, bodies, anchors, axes, joints, slides, moving, jacobian)
-
-    return computed
+    return bodies, anchors, batch.bind("xaxis"), joints, slides, moving
 
 
 def _lead(batch: Batch, jobs: Sequence[Job]) -> None:

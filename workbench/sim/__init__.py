@@ -18,8 +18,10 @@ new effect an entry in a file of `effects`; a force that the engine has no field
 from typing import TYPE_CHECKING
 
 from workbench.room_exports import exports
+from workbench.sim.chain_step import step_chains
 from workbench.sim.checks import highest_mode, require_stable
 from workbench.sim.command import replayed, sample_times, staircase
+from workbench.sim.compiling import compiled
 from workbench.sim.condition import Condition
 from workbench.sim.drive import LIMITS, Drive
 from workbench.sim.effects import EFFECTS, Effect, Quantity, applied, effect_named

@@ -6,9 +6,10 @@ foot's centre of gravity at the origin. A hinge's position is the angle alpha at
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal, get_args
 
 import mujoco
@@ -39,6 +40,7 @@ Edit = Callable[[mujoco.MjSpec, "Robot"], None]
 
 SAMPLE_RATE_HZ = 120
 
+_KEPT = 128  # models, some 100 kB each: those of a Jacobian are asked for run by run
 _THIN = 1e-6  # the x entry of I_Leg and I_T, Appendix B
 
 
@@ -158,11 +160,16 @@ def build_spec(robot: Robot, foot: Foot, drive: Drive = "speed") -> mujoco.MjSpe
 
 
 def compile_model(robot: Robot, foot: Foot, drive: Drive = "speed") -> mujoco.MjModel:
-    """Build and compile the robot.
+    """Build and compile the robot, or copy the model of one that was asked for not long ago.
 
     Raises:
         InputError: when MuJoCo refuses it, with the engine's own words.
     """
+    return copy.copy(_compiled(robot, foot, drive))
+
+
+@lru_cache(_KEPT)
+def _compiled(robot: Robot, foot: Foot, drive: Drive) -> mujoco.MjModel:
     try:
         return build_spec(robot, foot, drive).compile()
     except ValueError as error:

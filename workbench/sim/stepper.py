@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -66,6 +67,14 @@ class Stepper:
         )
         self._bodies = np.array([chain.bodies for chain in whole])
 
+    def chains(self, steps: int) -> tuple[Any, ...] | None:
+        """Return what `step_chains` takes for all simulations; None where the engine steps some.
+
+        Args:
+            steps: of the engine.
+        """
+        return self._given(steps, self._all) if self._only_chains and self._places_alone else None
+
     def step(self, steps: int, rows: NDArray[np.int32] | None = None) -> None:
         """Step some simulations, or all.
 
@@ -94,13 +103,16 @@ class Stepper:
 
     def _step_chains(self, steps: int, rows: NDArray[np.int32]) -> None:
         batch = self._batch
-        step_chains(
-            *self._numbers, self._root, rows, batch.state, self._forced, self._spans, steps,
-            self.torque, self.broken, self._bodies, self.xpos, self.xmat, self.xanchor,
-        )  # fmt: skip
+        step_chains(*self._given(steps, rows))
         if not self._places_alone:
             batch.forward(ids=None if rows is self._all else rows, stage=_CURRENT)
             self._forced[:] = batch.state
+
+    def _given(self, steps: int, rows: NDArray[np.int32]) -> tuple[Any, ...]:
+        return (
+            *self._numbers, self._root, rows, self._batch.state, self._forced, self._spans, steps,
+            self.torque, self.broken, self._bodies, self.xpos, self.xmat, self.xanchor,
+        )  # fmt: skip
 
 
 def _span(batch: Batch, name: str) -> tuple[int, int]:
