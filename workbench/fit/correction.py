@@ -10,6 +10,8 @@ A sample that was not seen in a channel (NaN) leaves that channel out, and so do
 farther off than a gate: a glitch would kick the state, and every sample after it would be off as
 well. What is off for longer than a glitch lasts is let in. Written in scalars: an array made here
 would be an allocation in every sample.
+
+`track_chains` does so from the first sample of a run to the last, stepping in between.
 """
 
 from __future__ import annotations

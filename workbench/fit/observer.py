@@ -1,8 +1,9 @@
 """The observer: simulations that are corrected towards what was seen after every sample.
 
-A job is one model on one run. Jobs of equal layout go through MuJoCo's batch together, some at a
-time on each thread; between two samples the engine steps by itself, and the correction of all of
-them is one compiled call. Results do not depend on the number of threads, bit for bit.
+A job is one model on one run. Jobs of equal layout are taken together, some at a time on each
+thread. Planar chains are stepped and corrected to the end of the run in one compiled call, without
+the interpreter's lock, while the next jobs are made; of other models MuJoCo's batch steps from
+sample to sample. Results do not depend on the number of threads, bit for bit.
 """
 
 from __future__ import annotations
