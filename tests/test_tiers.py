@@ -64,37 +64,37 @@ def outcome(run: list[str], marks: str, *words: str) -> tuple[int, str]:
 
 
 def test_a_slow_test_fails_the_first_tier_and_is_named(run: list[str]) -> None:
-    code, told = outcome(run, "", "-n", "2", "--dist", "loadgroup")
+    code, printed = outcome(run, "", "-n", "2", "--dist", "loadgroup")
     assert code == 1
-    assert "3 passed" in told
-    (line,) = [line for line in told.splitlines() if line.startswith("too slow")]
+    assert "3 passed" in printed
+    (line,) = [line for line in printed.splitlines() if line.startswith("too slow")]
     assert "test_work.py::test_slow" in line
     assert "s of processor time, 0.3 s are allowed" in line
     assert "test_quick" not in line
-    assert "mark it `long`" in told
+    assert "mark it `long`" in printed
 
 
 def test_one_that_is_a_little_above_its_budget_is_named_and_passes(run: list[str]) -> None:
-    code, told = outcome(run, "@pytest.mark.budget(0.5)")
-    assert code == 0, told
-    (line,) = [line for line in told.splitlines() if line.startswith("too slow")]
+    code, printed = outcome(run, "@pytest.mark.budget(0.5)")
+    assert code == 0, printed
+    (line,) = [line for line in printed.splitlines() if line.startswith("too slow")]
     assert "test_work.py::test_slow" in line
 
 
 @pytest.mark.parametrize("mark", ["@pytest.mark.long", "@pytest.mark.budget(5)"])
 def test_a_slow_test_that_is_marked_passes(run: list[str], mark: str) -> None:
-    code, told = outcome(run, mark)
-    assert code == 0, told
-    assert "too slow" not in told
-    slowest = told[told.index("cost") :].splitlines()[1]
+    code, printed = outcome(run, mark)
+    assert code == 0, printed
+    assert "too slow" not in printed
+    slowest = printed[printed.index("cost") :].splitlines()[1]
     assert "test_slow" in slowest
 
 
 def test_what_runs_alone_comes_first(run: list[str]) -> None:
-    _, told = outcome(run, "", "-v")
-    assert told.index("test_other PASSED") < told.index("test_slow PASSED")
-    _, told = outcome(run, '@pytest.mark.xdist_group("alone")', "-v")
-    assert told.index("test_slow PASSED") < told.index("test_other PASSED")
+    _, printed = outcome(run, "", "-v")
+    assert printed.index("test_other PASSED") < printed.index("test_slow PASSED")
+    _, printed = outcome(run, '@pytest.mark.xdist_group("alone")', "-v")
+    assert printed.index("test_slow PASSED") < printed.index("test_other PASSED")
 
 
 GROUPED = """\

@@ -3,9 +3,9 @@
 `make test` runs the first tier: all that is not marked `long`. A test of it that costs more than
 its budget is named, so that the tier stays quick, and fails the run where it is more by half: so
 much the same test differs between computers, and by what was compiled or made by tests before it
-(the same three tests cost 13, 14 and 19 s on three days). The ten slowest are printed. Cost is
-processor time, of the test and of the processes it started, as that does not depend on what else
-the computer does; waiting has a budget of its own, which a busy computer hardly reaches.
+(one that passed within 12 s took 19 s on another computer). The ten slowest are printed. Cost is
+processor time, of the test and of the processes it started, as that hardly depends on what else the
+computer does; waiting has a budget of its own, which a busy computer hardly reaches.
 
 Linear algebra uses one thread: its small matrices gain nothing from more, and threads that wait for
 each other use up the cores of the other workers. Set before numpy loads, for processes as well.
