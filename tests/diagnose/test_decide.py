@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import scipy
 
-from workbench.diagnose.decide import Kind, Scored, both, decide, versus
+from workbench.diagnose.decide import Kind, Scored, Shown, both, decide, versus
 from workbench.diagnose.rules import RULES
 
 SECONDS, SAMPLES = 40, 9600
@@ -139,7 +139,7 @@ def test_two_others_take_the_place_of_one_where_they_are_surely_ahead() -> None:
 def test_a_number_far_off_is_paid_for_in_full_where_noise_repeats_itself() -> None:
     one, other = scored("a", gain=800), scored("a", gain=790)
     far = Scored(one.names, 30.0, one.blocks, one.held, one.misses)
-    assert versus(other, far, 9.0).gain == pytest.approx(30 - 10 / 9)
+    assert versus(other.over(9.0), far.over(9.0)).gain == pytest.approx(30 - 10 / 9)
 
 
 def test_what_the_runs_do_not_prefer_to_the_base_is_no_alternative() -> None:
@@ -151,8 +151,10 @@ def test_what_the_runs_do_not_prefer_to_the_base_is_no_alternative() -> None:
 
 def test_noise_that_repeats_itself_counts_less() -> None:
     one = scored("a", gain=800)
-    assert versus(one, BASE, 9.0).gain == pytest.approx(versus(one, BASE).gain / 9)
-    assert versus(one, BASE, 9.0).sure == pytest.approx(versus(one, BASE).sure)
+    less = versus(one.over(9.0), BASE.over(9.0))
+    assert less.gain == pytest.approx(versus(one, BASE).gain / 9)
+    assert less.held == pytest.approx(versus(one, BASE).held / 9)
+    assert less.sure == pytest.approx(versus(one, BASE).sure)
 
 
 def test_a_cause_that_one_run_alone_supports_is_not_named() -> None:
@@ -232,6 +234,30 @@ def test_what_explains_all_is_not_hidden_by_the_noise_that_the_base_asks_for(
     found = decide(base, [hidden], SAMPLES, RULES)
     assert found.kind == kind
     assert found.missing == (lack if kind == "NAMED" else 5)
+
+
+def test_runs_that_cannot_show_a_cause_have_no_vote() -> None:
+    """Of three runs held out one has a landing; chance lifts the others by less than nothing."""
+    base = scored(scatter=0.0)
+    base = replace(base, held=(*base.held, np.zeros(10)))
+    held = (np.full(10, 0.01), np.full(10, 0.02), np.full(10, -1.4))
+    every = replace(scored("a", gain=800), held=held)
+    assert decide(base, [every], SAMPLES, RULES).kind == "SET"
+    landed = replace(every, shown={"a": Shown(SAMPLES, (False, False, True))})
+    assert versus(landed, base).runs == versus(base, landed).runs + 1 == 1
+    assert decide(base, [landed], SAMPLES, RULES).kind == "NAMED"
+    unseen = replace(every, shown={"a": Shown(SAMPLES, (False, False, False))})
+    assert versus(unseen, base).runs == 0
+    beside = replace(scored("a", "b", gain=900), held=held, shown=landed.shown)
+    assert versus(beside, landed).runs == 0.0, "b is what they differ in, and every run shows that"
+
+
+def test_a_gain_is_of_a_practical_size_for_the_samples_that_can_show_it() -> None:
+    base = scored(scatter=0.0)
+    little = scored("a", gain=0.5 * RULES.size * SAMPLES)
+    assert decide(base, [little], SAMPLES, RULES).kind == "CLEAN"
+    few = replace(little, shown={"a": Shown(SAMPLES // 4, (True, True))})
+    assert decide(base, [few], SAMPLES, RULES).kind == "NAMED"
 
 
 @pytest.mark.parametrize(

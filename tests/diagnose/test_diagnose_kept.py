@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -19,17 +17,6 @@ def take(tmp_path: Path) -> Path:
     path = tmp_path / "take.csv"
     path.write_text("a take", encoding="utf-8")
     return path
-
-
-@dataclass
-class Written:
-    """An answer as the command line prints it."""
-
-    words: dict[str, Any]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return it."""
-        return self.words
 
 
 def answer(folder: Path, take: Path, model: str | None, age_s: float = 0.0) -> Path:
@@ -50,7 +37,7 @@ def test_an_answer_is_kept_with_what_it_rests_on(take: Path, tmp_path: Path) -> 
     path = tmp_path / "april" / "april.json"
     path.parent.mkdir()
     written = {"answer": "NAMED", "extended_model": "elsewhere/april-model.yaml"}
-    write_answer(path, Written(written), {"run-1": take})
+    write_answer(path, written, {"run-1": take})
     told = json.loads(path.read_text(encoding="utf-8"))
     assert told == {"schema": "workbench/diagnosis-1", **written, "files": {"run-1": sha256(take)}}
     assert extended_model_of("run-1", take, tmp_path) == path.parent / "april-model.yaml"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from workbench.diagnose.screening import of_runs, promising, screened
+from workbench.diagnose.screening import promising, screened
 from workbench.fit.linear import Linear
 
 Array = NDArray[np.float64]
@@ -66,7 +66,7 @@ def test_what_some_runs_promise_alone_is_seen_without_the_others() -> None:
         np.array([0, 4, 8, 12, 18, 24]),
     )  # fmt: skip
     estimator: Any = SimpleNamespace(edges=(0, 8, 12, 24, 25))
-    alone = of_runs(near, estimator, [0, 2])
+    alone = near.of_runs(estimator, [0, 2])
     assert alone.residuals.tolist() == [*range(8), *range(12, 24)]
     assert alone.edges.tolist() == [0, 4, 8, 14, 20]
     assert len(alone.jacobian) == 20

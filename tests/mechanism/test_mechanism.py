@@ -153,7 +153,9 @@ def refits(path: Path, count: int) -> tuple[MechanismRig, list[tuple[str, float,
     base = fits.base()
     found = []
     for promise in fits.promises(base)[:count]:
-        refit = fits.weighed(fits.refit([promise.name], base, promise))
+        begun = fits.refit([promise.name], base, promise)
+        assert begun is not None
+        refit = fits.weighed(begun)
         (parameter,) = fits.candidates[promise.name].quantities.values()
         found.append((promise.name, base.cost - refit.cost, refit.values[parameter.name]))
         before, after = (sum(map(np.sum, fits.judged(one))) for one in (base, refit))
@@ -255,7 +257,9 @@ def test_a_hidden_armature_of_an_arm_is_found_with_inputs_of_another_rate(tmp_pa
     base = fits.base()
     promises = fits.promises(base)
     assert promises[0].name == "elbow_armature"
-    refit = fits.ended(fits.refit(["elbow_armature"], base, promises[0]))
+    begun = fits.refit(["elbow_armature"], base, promises[0])
+    assert begun is not None
+    refit = fits.ended(begun)
     assert refit.values["elbow armature"] == pytest.approx(0.003, rel=0.05)
     assert refit.values["elbow at the start of thrown"] == pytest.approx(-0.57, abs=3e-3)
 

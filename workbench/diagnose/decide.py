@@ -9,10 +9,10 @@ same seconds prefer it to every other; those that are not behind are a set with 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass, field, replace
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +20,23 @@ from numpy.typing import NDArray
 from workbench.diagnose.rules import Rules
 from workbench.diagnose.wording import digits, together
 
-__all__ = ["Kind", "Part", "Scored", "Versus", "both", "chosen", "comparable", "decide", "versus"]
+__all__ = ["Kind", "Part", "Scored", "Shown", "Versus", "both", "chosen", "comparable", "decide",
+           "versus"]  # fmt: skip
 
 Array = NDArray[np.float64]
 Kind = Literal["NAMED", "SET", "PARTIAL", "NONE", "CLEAN", "DATA_FAULT"]
+
+
+class Shown(NamedTuple):
+    """What can show a cause: a foot that is held shows nothing of the floor.
+
+    Args:
+        samples: of the fitted runs that can, of all channels.
+        held: which of the runs held out can.
+    """
+
+    samples: float
+    held: tuple[bool, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +54,7 @@ class Scored:
         frees: names of its causes that free numbers of the model.
         numbers: that its causes release.
         shared: names of causes that are within it: one number where it has one for each element.
+        shown: cause -> what can show it; all runs where left out.
         again: returns the same at the process noise that a whole model may have, by another fit.
     """
 
@@ -53,6 +67,7 @@ class Scored:
     frees: frozenset[str] = frozenset()
     numbers: int = 1
     shared: frozenset[str] = frozenset()
+    shown: Mapping[str, Shown] = field(default_factory=dict)
     again: Callable[[], Scored] | None = None
 
     @property
@@ -70,6 +85,12 @@ class Scored:
         """Return the cost of the fitted runs."""
         return self.prior + float(self.blocks.sum())
 
+    def over(self, repeats: float) -> Scored:
+        """Return the same where innovations repeat one another so often: all runs count less."""
+        by_run = {run: cost / repeats for run, cost in self.by_run.items()}
+        held = tuple(one / repeats for one in self.held)
+        return replace(self, blocks=self.blocks / repeats, held=held, by_run=by_run)
+
 
 @dataclass(frozen=True)
 class Versus:
@@ -79,7 +100,7 @@ class Versus:
         gain: of the cost, fitted runs.
         held: of the cost, runs held out.
         sure: both over their scatter from second to second.
-        runs: share of the runs held out that prefer it; 1 where none was held out.
+        runs: share that prefer it of the runs held out that can show the difference.
     """
 
     gain: float
@@ -88,25 +109,29 @@ class Versus:
     runs: float
 
 
-def versus(one: Scored, other: Scored, repeats: float = 1.0) -> Versus:
+def versus(one: Scored, other: Scored) -> Versus:
     """Compare a hypothesis with another.
 
     Args:
         one: whose gain is returned.
         other: that it is compared with.
-        repeats: how often the innovations repeat one another.
     """
-    fitted = (other.blocks - one.blocks) / repeats
-    held = [(b - a) / repeats for a, b in zip(one.held, other.held, strict=True)]
+    fitted = other.blocks - one.blocks
+    held = [b - a for a, b in zip(one.held, other.held, strict=True)]
     every = np.concatenate([fitted, *held])
     scatter = float(np.std(every)) * np.sqrt(len(every))
     runs = [float(part.sum()) for part in held]
+    shown, differ = {**other.shown, **one.shown}, {*one.names} ^ {*other.names}
+    can = [
+        any(name not in shown or shown[name].held[k] for name in differ) for k in range(len(runs))
+    ]
+    votes = [gain > 0 for gain, shows in zip(runs, can, strict=True) if shows]
     prior = other.prior - one.prior
     return Versus(
         float(fitted.sum()) + prior,
         sum(runs),
         (float(every.sum()) + prior) / max(scatter, 1e-9),
-        float(np.mean([gain > 0 for gain in runs])) if runs else 1.0,
+        float(np.mean(votes)) if votes else float(not runs),
     )
 
 
@@ -118,8 +143,7 @@ class Part:
         kind: NAMED, SET, PARTIAL, NONE or CLEAN.
         best: the hypothesis that holds; the base where none does.
         alike: hypotheses that explain the same, the best first.
-        missing: how much less likely the runs are if nothing but the best is missing, over what
-            counts.
+        missing: what `Scored.misses` returns of the best.
         explained: share of what is missing that the best explains.
         reason: in a sentence.
         compared: of every hypothesis with the base, best first.
@@ -134,9 +158,7 @@ class Part:
     compared: tuple[tuple[Scored, Versus], ...]
 
 
-def decide(
-    base: Scored, tried: Sequence[Scored], samples: int, rules: Rules, repeats: float = 1.0
-) -> Part:
+def decide(base: Scored, tried: Sequence[Scored], samples: float, rules: Rules) -> Part:
     """Return what hypotheses say together.
 
     Args:
@@ -144,16 +166,13 @@ def decide(
         tried: with causes.
         samples: that the fitted runs have, of all channels.
         rules: of the diagnosis.
-        repeats: how often the innovations repeat one another.
     """
-    base, tried = comparable(base, tried, rules, repeats)
-    found = sorted(
-        ((one, versus(one, base, repeats)) for one in tried), key=lambda pair: -pair[1].gain
-    )
+    base, tried = comparable(base, tried, rules)
+    found = sorted(((one, versus(one, base)) for one in tried), key=lambda pair: -pair[1].gain)
     compared = tuple(found)
-    before, best = chosen(base, tried, samples, rules, repeats)
+    before, best = chosen(base, tried, samples, rules)
     if best is base:
-        return _without(base, compared, samples / repeats, rules)
+        return _without(base, compared, samples, rules)
     if best.missing > 1 and _explained(best, base) < rules.material:
         reason = f"{_missing_words(best.missing)}, and no known cause explains it; "
         reason += f"{together(best.names)} would explain next to none"
@@ -162,15 +181,15 @@ def decide(
         one
         for one, gained in compared
         if gained.gain > rules.suspected
-        and (gained.held > -rules.suspected or _behind(best, one, rules, repeats))
+        and (gained.held > -rules.suspected or _behind(best, one, rules))
     ]
-    alike, beside = _alike(best, likelier, rules, repeats), ""
+    alike, beside = _alike(best, likelier, rules), ""
     if len(alike) > 1 and before.missing <= 1 and _share(alike, before):
         others = [name for one in alike for name in one.names if name not in before.names]
         beside = f"; beside it {' or '.join(others)}, which these runs cannot separate"
         best, alike = before, (before,)
     words, explained = together(best.names), _explained(best, base)
-    alone = _influential_run(best, base, rules, repeats)
+    alone = _influential_run(best, base, rules)
     kind: Kind
     if not _leaves_little(best, base, rules):
         which = words if len(alike) == 1 else f"{words} or another like it"
@@ -203,9 +222,7 @@ def both(kinds: AbstractSet[Kind]) -> Kind:
     return "NAMED" if "NAMED" in kinds else "CLEAN"
 
 
-def comparable(
-    base: Scored, tried: Sequence[Scored], rules: Rules, repeats: float = 1.0
-) -> tuple[Scored, list[Scored]]:
+def comparable(base: Scored, tried: Sequence[Scored], rules: Rules) -> tuple[Scored, list[Scored]]:
     """Return the base and what was tried, as they are to be compared.
 
     Process noise that a base asks for follows whatever it misses, and a cause of that gains little
@@ -216,9 +233,8 @@ def comparable(
         base: without causes.
         tried: with causes.
         rules: of the diagnosis.
-        repeats: how often the innovations repeat one another.
     """
-    gains = {one.names: versus(one, base, repeats).gain for one in tried}
+    gains = {one.names: versus(one, base).gain for one in tried}
     most = max(gains.values(), default=0.0)
     leading = [one for one in tried if gains[one.names] > max(rules.near * most, rules.least_gain)]
     if base.missing <= 1 or not any(_leaves_little(one, base, rules) for one in leading):
@@ -227,7 +243,7 @@ def comparable(
 
 
 def chosen(
-    base: Scored, tried: Sequence[Scored], samples: int, rules: Rules, repeats: float = 1.0
+    base: Scored, tried: Sequence[Scored], samples: float, rules: Rules
 ) -> tuple[Scored, Scored]:
     """Return the best of all that hold, and that of one cause less; the base where none does.
 
@@ -240,21 +256,20 @@ def chosen(
         tried: with causes.
         samples: that the fitted runs have, of all channels.
         rules: of the diagnosis.
-        repeats: how often the innovations repeat one another.
     """
     before = best = base
     ended = [one for one in tried if not _ended_early(one, tried)]
-    found = sorted(ended, key=lambda one: -versus(one, base, repeats).gain)
+    found = sorted(ended, key=lambda one: -versus(one, base).gain)
     for count in range(1, max((len(one.names) for one in found), default=0) + 1):
         for one in (one for one in found if len(one.names) == count):
             if set(best.names) < set(one.names):
-                holds = len(best.names) == count - 1 and _holds(one, best, samples, rules, repeats)
-                holds = holds and (count < 3 or _matters(one, best, base, rules, repeats))
+                holds = len(best.names) == count - 1 and _holds(one, best, samples, rules)
+                holds = holds and (count < 3 or _matters(one, best, base, rules))
             elif _within(best, one):
-                holds = _holds(one, best, samples, rules, repeats)
+                holds = _holds(one, best, samples, rules)
             else:  # other causes in their place
-                holds = _holds(one, base, samples, rules, repeats)
-                holds = holds and _behind(best, one, rules, repeats)
+                holds = _holds(one, base, samples, rules)
+                holds = holds and _behind(best, one, rules)
             if holds:
                 before, best = best, one
                 break
@@ -281,7 +296,7 @@ def _leaves_little(one: Scored, simpler: Scored, rules: Rules) -> bool:
     return one.missing <= 1 or _explained(one, simpler) >= rules.explained
 
 
-def _holds(one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: float) -> bool:
+def _holds(one: Scored, simpler: Scored, samples: float, rules: Rules) -> bool:
     """Return whether a hypothesis is more than chance, of a practical size, sure and confirmed.
 
     A number beyond its tolerance is of a practical size. What speaks for it is its prior where
@@ -289,12 +304,12 @@ def _holds(one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: fl
     Where something is missing, of which the hypothesis leaves little, there is a cause. It is held
     to what may be there: that its gain is no chance of a few seconds, and that no run refuses it.
     """
-    found = versus(one, simpler, repeats)
+    found, added = versus(one, simpler), {*one.names} - {*simpler.names}
     numbers = max(one.numbers - (simpler.numbers if simpler.names else 0), 1)
     allowed = found.held > -rules.suspected
-    if set(one.names) - set(simpler.names) <= one.frees:
+    if added <= one.frees:
         return found.gain > rules.no_chance(numbers) and allowed and found.sure > rules.sure
-    if found.gain <= rules.practical(samples / repeats, numbers):
+    if found.gain <= rules.practical(_samples(one, added, samples), numbers):
         return False
     confirmed = found.held > 0 and found.runs >= rules.agree
     if found.sure > rules.sure and confirmed:
@@ -304,15 +319,20 @@ def _holds(one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: fl
     return _leaves_little(one, simpler, rules)
 
 
-def _matters(one: Scored, best: Scored, base: Scored, rules: Rules, repeats: float) -> bool:
+def _samples(one: Scored, names: Iterable[str], samples: float) -> float:
+    """Return how many samples of all can show one of some causes."""
+    return max(one.shown[k].samples if k in one.shown else samples for k in names)
+
+
+def _matters(one: Scored, best: Scored, base: Scored, rules: Rules) -> bool:
     """Return whether a cause more gains a share of what those before it gain."""
-    gained, more = versus(best, base, repeats).gain, versus(one, best, repeats).gain
+    gained, more = versus(best, base).gain, versus(one, best).gain
     return more > rules.promising * gained
 
 
-def _behind(one: Scored, other: Scored, rules: Rules, repeats: float) -> bool:
+def _behind(one: Scored, other: Scored, rules: Rules) -> bool:
     """Return whether the same seconds put a hypothesis surely behind another."""
-    found = versus(other, one, repeats)
+    found = versus(other, one)
     return found.sure >= rules.apart and found.gain + found.held >= rules.suspected
 
 
@@ -324,37 +344,29 @@ def _share(alike: Sequence[Scored], before: Scored) -> bool:
     )
 
 
-def _influential_run(one: Scored, base: Scored, rules: Rules, repeats: float) -> str | None:
+def _influential_run(one: Scored, base: Scored, rules: Rules) -> str | None:
     """Return the run without which all others together do not speak for a hypothesis."""
-    gains = {run: (base.by_run[run] - cost) / repeats for run, cost in one.by_run.items()}
+    gains = {run: base.by_run[run] - cost for run, cost in one.by_run.items()}
     whole = sum(gains.values()) + base.prior - one.prior
     carried = [run for run, gain in gains.items() if whole - gain < rules.suspected]
     return carried[0] if carried and len(gains) > 1 else None
 
 
-def _alike(
-    best: Scored, tried: Sequence[Scored], rules: Rules, repeats: float
-) -> tuple[Scored, ...]:
+def _alike(best: Scored, tried: Sequence[Scored], rules: Rules) -> tuple[Scored, ...]:
     """Return the hypotheses that the same seconds do not put behind the best.
 
     Those of as many causes; beside a single one also pairs without it that are likelier.
-
-    Args:
-        best: the likeliest.
-        tried: hypotheses that the runs prefer to the base.
-        rules: of the diagnosis.
-        repeats: how often the innovations repeat one another.
     """
     found = [best]
     for one in tried:
         if one.names == best.names or len(one.names) < len(best.names):
             continue
-        ahead = versus(one, best, repeats)
+        ahead = versus(one, best)
         if len(one.names) > len(best.names) and (
             _within(best, one) or ahead.gain + ahead.held < rules.suspected
         ):
             continue
-        if not _behind(one, best, rules, repeats):
+        if not _behind(one, best, rules):
             found.append(one)
     return tuple(found)
 
@@ -366,7 +378,8 @@ def _without(
         (one, found)
         for one, found in compared
         if len(one.names) == 1
-        and found.gain > max(rules.maybe(one.numbers), rules.size * samples)
+        and found.gain > rules.maybe(one.numbers)
+        and found.gain > rules.size * _samples(one, one.names, samples)
         and found.sure > rules.apart
         and found.held > 0
     ]

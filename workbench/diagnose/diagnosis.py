@@ -108,7 +108,7 @@ class Diagnosis:
             "missing": {name: part.missing for name, part in self.parts.items()},
             "process_noise": {
                 "base": dict(self.base.estimator.noise),
-                "best": dict(self.best.estimator.noise),
+                "best": dict(self._compared.estimator.noise),
             },
             "refit": {one.name: one.as_json() for one in self.refit},
             "rmse_mm": {
@@ -129,6 +129,12 @@ class Diagnosis:
             "rules": asdict(self.rules),
             "seconds": self.seconds,
         }
+
+    @property
+    def _compared(self) -> Hypothesis:
+        """Return the best as it was compared, before it was fitted to its end."""
+        tried = (one for one in self.tried if one.names == self.best.names)
+        return next(tried, self.base)
 
     @property
     def confidence(self) -> Confidence | None:
@@ -257,7 +263,7 @@ def _alternatives(fits: Fits, parts: Mapping[str, Part]) -> tuple[Alternative, .
             if len(one.names) > 1 or name in listed:
                 continue
             against = "the base" if part.best.names == () else together(part.best.names)
-            behind = versus(part.best, one, fits.repeats())
+            behind = versus(part.best, one)
             why = (
                 f"its log-likelihood is {digits(behind.gain + behind.held)} below that of {against}"
                 if part.best.names

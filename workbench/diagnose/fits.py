@@ -20,7 +20,7 @@ from workbench.diagnose.held_out import unseen
 from workbench.diagnose.hypothesis import Hypothesis, blocks_of, by_cost
 from workbench.diagnose.rig import Rig
 from workbench.diagnose.rules import Rules
-from workbench.diagnose.screening import Promise, columns_of, neighbourhood, pairs_without, screened
+from workbench.diagnose.screening import Promise, pairs_without, screened
 from workbench.fit import (
     CLOSE,
     NEAREST,
@@ -82,6 +82,7 @@ class Fits:
         self.train = [k for k in runs if rig.roles[k] == "train"]
         self.held = [k for k in runs if rig.roles[k] != "train"]
         self.candidates = Candidates.of(rig.candidates)
+        self._modes = [one.mode for one in rig.facts]
         self._held: dict[bool, Estimator] = {}
         self._limited: dict[Hypothesis, Hypothesis] = {}
         self._weighed: dict[Hypothesis, Hypothesis] = {}
@@ -114,7 +115,7 @@ class Fits:
 
     def little(self, name: str) -> float:
         """Return what a candidate must promise at least to be fitted alone."""
-        little = self.rules.promised * self.rules.size * self.samples()
+        little = self.rules.promised * self.rules.size * self.samples([name])
         return max(self.rules.suspected, little)
 
     def second(self, name: str) -> float:
@@ -172,10 +173,16 @@ class Fits:
         """
         return min(one, self.limited(one), key=by_cost)
 
-    def samples(self) -> int:
-        """Return how many samples the fitted runs have, of all channels."""
+    def samples(self, names: Collection[str] = ()) -> int:
+        """Return how many samples, of all channels, can show one of some causes; all if none."""
         seen = self._nominal.seen
-        return sum(int(np.isfinite(seen(k)).sum()) for k in range(len(self.train)))
+        shown = [k for k, run in enumerate(self.train) if not names or self.shows(run, names)]
+        return sum(int(np.isfinite(seen(k)).sum()) for k in shown)
+
+    def shows(self, run: int, names: Collection[str]) -> bool:
+        """Return whether a run can show one of some causes: a held foot shows none of the floor."""
+        modes = (self.candidates[name].shows_in for name in names)
+        return any(not one or self._modes[run] in one for one in modes)
 
     def repeats(self) -> float:
         """Return how often innovations repeat one another; 1 where they are white.
@@ -203,7 +210,7 @@ class Fits:
         """
         if one.names not in self._deviations:
             estimator, slopes = one.estimator, one.jacobian
-            near = neighbourhood(estimator, one.x, estimator.residuals(one.x), slopes)
+            near = Linear.around(estimator, one.x, estimator.residuals(one.x), slopes)
             moving = {p.name: not p.flat for p in estimator.vector.parameters}
             solved = near.solved(moving)
             spread = np.hypot(solved.deviation, solved.x - one.x)
@@ -222,7 +229,7 @@ class Fits:
         """Return what is known around a hypothesis, by the numbers of all candidates."""
         estimator, x, steps = self._every(at)
         slopes = estimator.jacobian(x, steps=steps)
-        return neighbourhood(estimator, x, estimator.residuals(x), slopes)
+        return Linear.around(estimator, x, estimator.residuals(x), slopes)
 
     def _every(self, at: Hypothesis) -> tuple[Estimator, Array, Array]:
         """Return a hypothesis' estimator and numbers with all candidates, and their steps."""
@@ -235,18 +242,12 @@ class Fits:
     def pairs_without(
         self, leader: str, at: Hypothesis, promises: Sequence[Promise]
     ) -> list[tuple[tuple[str, str], Promise]]:
-        """Return pairs without the best single candidate that promise as much as it does.
-
-        Args:
-            leader: name of the best candidate.
-            at: a hypothesis without candidates.
-            promises: of each candidate beside that.
-        """
+        """Return pairs without the best that promise as much as it does, of `pairs_without`."""
         return pairs_without(
             leader, at.names, promises, self.candidates, self._moving, self.rules.seconds
         )
 
-    def refit(self, names: Sequence[str], near: Hypothesis, promise: Promise) -> Hypothesis:
+    def refit(self, names: Sequence[str], near: Hypothesis, promise: Promise) -> Hypothesis | None:
         """Fit a hypothesis from a neighbour and what was promised there, at the same process noise.
 
         Only the end is simulated in full steps; on the way what coarse ones do otherwise is taken
@@ -268,7 +269,7 @@ class Fits:
         cheap = replace(estimator, defect=exact - coarse.residuals(x))
         low, high = estimator.vector.bounds
         goal = np.array([promise.numbers[p.name] for p in estimator.vector.parameters])
-        slopes = columns_of(promise.near, estimator.vector)
+        slopes = promise.near.columns(estimator.vector)
         best: Minimum | None = None
         for start in (goal, x):
             found = minimum(

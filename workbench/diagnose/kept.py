@@ -6,26 +6,18 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any
 
 from workbench.bundle import sha256
 
-__all__ = ["Answered", "extended_model_of", "read_answer", "write_answer"]
+__all__ = ["extended_model_of", "read_answer", "write_answer"]
 
 _SCHEMA = "workbench/diagnosis-1"
 
 
-class Answered(Protocol):
-    """A diagnosis as it is written."""
-
-    def as_json(self) -> dict[str, Any]:
-        """Return what the command line prints."""
-        ...
-
-
 def write_answer(
     path: Path,
-    found: Answered,
+    answer: Mapping[str, Any],
     files: Mapping[str, Path],
     following: Mapping[str, Any] = MappingProxyType({}),
 ) -> None:
@@ -33,13 +25,13 @@ def write_answer(
 
     Args:
         path: of the `.json` file; one that is there is replaced.
-        found: the diagnosis.
+        answer: `Diagnosis.as_json`.
         files: what it was made from; a run's take stands under the name of its bundle.
         following: what is said of the next experiment.
     """
     rests_on = {name: sha256(file) for name, file in files.items()}
-    answer = {"schema": _SCHEMA, **found.as_json(), **following, "files": rests_on}
-    text = json.dumps(answer, indent=2, ensure_ascii=False, default=str) + "\n"
+    written = {"schema": _SCHEMA, **answer, **following, "files": rests_on}
+    text = json.dumps(written, indent=2, ensure_ascii=False, default=str) + "\n"
     path.write_text(text, encoding="utf-8")
 
 

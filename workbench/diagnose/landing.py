@@ -17,14 +17,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.fits import Fits
 from workbench.diagnose.hypothesis import Hypothesis, by_cost
-from workbench.diagnose.screening import (
-    Promise,
-    columns_of,
-    neighbourhood,
-    of_runs,
-    promising,
-    screened,
-)
+from workbench.diagnose.screening import Promise, promising, screened
 from workbench.fit import (
     ROUGH,
     Estimator,
@@ -46,7 +39,11 @@ _REACHES = (-2.0, 2.0)
 Of friction that is 30 % higher one way it promised 3 of 2000, the secant 122 at strong correction.
 """
 _ROUNDS = 3  # of weighing the process noise
-_STEPS = 6  # evaluations of hops at strong correction, and of all runs in the end
+_SMOOTH = 10**-0.5
+"""Share of the strong process noise at which the cost of hops is smooth: for causes that were not
+there, fits ended 5 of it apart; at 0.1 it was 30, at 0.03 it was 100."""
+_STEPS = 12  # evaluations of hops there
+_LAST_STEPS = 6  # with less noise, and of all runs in the end
 
 
 class LandingFits(Fits):
@@ -67,6 +64,7 @@ class LandingFits(Fits):
         if base is not None:
             self._stills[()] = base
         self._landed: dict[tuple[str, ...], Hypothesis] = {}
+        self._smooth: dict[tuple[str, ...], Hypothesis] = {}
 
     def little(self, name: str) -> float:
         """Return what it must promise, of `Fits`: strong correction leaves little of hops alone."""
@@ -103,19 +101,31 @@ class LandingFits(Fits):
         self._landed[landed] = one
         return self._together(names)
 
-    def refit(self, names: Sequence[str], near: Hypothesis, promise: Promise) -> Hypothesis:
+    def refit(self, names: Sequence[str], near: Hypothesis, promise: Promise) -> Hypothesis | None:
         """Fit a hypothesis from what was promised; of `Fits`.
 
-        What still runs do not show of it is fitted to hops, once; both parts are put together.
+        What still runs do not show of it is fitted to hops, once; both parts are put together. None
+        where that gains nothing by strong correction, whose cost is smooth: with less of it two
+        fits differ by 20 to 50 whatever is there, and each takes half a minute.
         """
         shown, landed = self._parts(names)
+        before = self._parts(near.names)
         if shown and shown not in self._stills:
-            before = self._stills.get(self._parts(near.names)[0], self._stills[()])
-            one = replace(promise, near=of_runs(promise.near, near.estimator, self._runs(False)))
-            self._stills[shown] = self._still.refit(shown, before, one)
+            still = self._stills.get(before[0], self._stills[()])
+            one = replace(promise, near=promise.near.of_runs(near.estimator, self._runs(False)))
+            found = self._still.refit(shown, still, one)
+            if found is None:
+                return None
+            self._stills[shown] = found
         if landed not in self._landed:
-            one = replace(promise, near=of_runs(promise.near, near.estimator, self._runs(True)))
-            self._landed[landed] = self._from_floor(landed, shown, one)
+            one = replace(promise, near=promise.near.of_runs(near.estimator, self._runs(True)))
+            if before[1] not in self._smooth:
+                known = replace(one, numbers=self._own(before[1]))
+                self._smooth[before[1]] = self._smoothly(before[1], before[0], known)
+            smooth = self._smoothly(landed, shown, one)
+            if self._smooth[before[1]].cost - smooth.cost < self.rules.suspected:
+                return None
+            self._smooth[landed], self._landed[landed] = smooth, self._weakly(smooth)
         found = self._together(tuple(names))
         if found.cost < near.cost:
             return found
@@ -124,25 +134,57 @@ class LandingFits(Fits):
         other = self._from(found.names, near, ROUGH, found.jacobian if same else None)
         return min(found, other, key=by_cost)
 
-    def _from_floor(
+    def _smoothly(
         self, names: tuple[str, ...], shown: tuple[str, ...], promise: Promise
     ) -> Hypothesis:
-        """Fit hops from what is promised at the stated floor, with less and less correction."""
+        """Fit hops from what is promised at the stated floor, where their cost is smooth."""
         like = self._landed[()].estimator
         system, x = self._hopping(names, shown, like.system)
         vector = ParameterVector(system.parameters)
+        goal = [promise.numbers.get(p.name, x[k]) for k, p in enumerate(vector.parameters)]
+        free = self._free(vector)
+        x = np.where(free, np.clip(np.array(goal), *vector.bounds), x)
         estimator = Estimator.of(system, vector, system.strong, like.masks, self.threads)
-        free = np.array([p.name not in self._determined for p in vector.parameters])
-        goal = np.clip([promise.numbers[p.name] for p in vector.parameters], *vector.bounds)
-        slopes = columns_of(promise.near, vector)
-        found = minimised(estimator, np.where(free, goal, x), free, _STEPS, ROUGH, slopes)
+        found = minimised(estimator, x, free, _STEPS, ROUGH, promise.near.columns(vector))
+        estimator = estimator.with_noise({g: _SMOOTH * q for g, q in system.strong.items()})
+        found = minimised(estimator, found.x, free, _STEPS, ROUGH, found.jacobian, known=False)
+        return self._hops._hypothesis(names, estimator, found.x, found.jacobian)
+
+    def _weakly(self, smooth: Hypothesis) -> Hypothesis:
+        """Fit hops with the process noise that makes them most likely."""
+        estimator, x, slopes = smooth.estimator, smooth.x, smooth.jacobian
+        free = self._free(estimator.vector)
         for _ in range(_ROUNDS):
-            weighed = likeliest(estimator, found.x, up=0)
+            weighed = likeliest(estimator, x, up=0)
             if weighed.noise == estimator.noise:
                 break
-            estimator, slopes = weighed, found.jacobian
-            found = minimised(estimator, found.x, free, _STEPS, ROUGH, slopes, known=False)
-        return self._hops._hypothesis(names, estimator, found.x, found.jacobian)
+            estimator = weighed
+            found = minimised(estimator, x, free, _LAST_STEPS, ROUGH, slopes, known=False)
+            x, slopes = found.x, found.jacobian
+        return self._hops._hypothesis(smooth.names, estimator, x, slopes)
+
+    def _own(self, names: tuple[str, ...]) -> dict[str, float]:
+        """Return the numbers of candidates in hops that were fitted."""
+        one = self._landed[names]
+        own = {p.name for name in names for p in self.candidates[name].quantities.values()}
+        every = zip(one.estimator.vector.parameters, one.x, strict=True)
+        return {p.name: float(x) for p, x in every if p.name in own}
+
+    def _free(self, vector: ParameterVector) -> NDArray[np.bool_]:
+        """Return which numbers still runs do not determine, (p,)."""
+        return np.array([p.name not in self._determined for p in vector.parameters])
+
+    def ended(self, one: Hypothesis) -> Hypothesis:
+        """Return a hypothesis fitted to its minimum, where the cost of hops is smooth; of `Fits`.
+
+        With less process noise it ends at a kink, and the slopes there say too much: of six
+        intervals one held the truth.
+        """
+        estimator, hops = one.estimator, self._landed[()].estimator
+        least = {g: q for g, q in self._whole(one).items() if hops.depends_on(g)}
+        noise = {g: max(q, least.get(g, q)) for g, q in estimator.noise.items()}
+        smooth = estimator.with_noise(noise)
+        return super().ended(self._hypothesis(one.names, smooth, one.x, one.jacobian))
 
     def still_part(self, one: Hypothesis) -> tuple[Fits, Hypothesis]:
         """Return fits of the still runs, and what they show of a hypothesis."""
@@ -192,7 +234,7 @@ class LandingFits(Fits):
         kept = [masks[name] for name in system.names]
         estimator, x = Estimator.of(system, vector, noise, kept, self.threads), vector.named(values)
         slopes = self._slopes(estimator, x, parts)
-        found = minimised(estimator, x, None, _STEPS, ROUGH, slopes)
+        found = minimised(estimator, x, None, _LAST_STEPS, ROUGH, slopes)
         return self._hypothesis(names, estimator, found.x, found.jacobian)
 
     def _slopes(
@@ -223,7 +265,7 @@ class LandingFits(Fits):
     def promises(self, at: Hypothesis) -> list[Promise]:
         """Return what each candidate promises, of `Fits`: in still runs alone if those show it."""
         near = self._near(at)
-        alone = of_runs(near, at.estimator, self._runs(False)) if self._determined else near
+        alone = near.of_runs(at.estimator, self._runs(False)) if self._determined else near
         still, every = (
             {one.name: one for one in screened(part, self.candidates, self._moving, at.names)}
             for part in (alone, near)
@@ -251,7 +293,7 @@ class LandingFits(Fits):
         slopes = estimator.jacobian(x, steps=steps, runs=self._runs(False))
         residuals[rows] = strong.residuals(x)[rows]
         slopes[rows] = strong.jacobian(x, runs=hops)[rows]
-        near = neighbourhood(estimator, x, residuals, slopes)
+        near = Linear.around(estimator, x, residuals, slopes)
         columns = {
             name: [names.index(p.name) for p in one.quantities.values()]
             for name, one in self.candidates.items()

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from workbench.diagnose.candidates import Candidate
-from workbench.diagnose.decide import Part, Scored, chosen, comparable, decide, versus
+from workbench.diagnose.decide import Part, Scored, Shown, chosen, comparable, decide, versus
 from workbench.diagnose.findings import Cause, EstimatedQuantity, Refit, quantity_of
 from workbench.diagnose.fits import Fits
 from workbench.diagnose.hypothesis import Hypothesis, by_cost
@@ -93,31 +93,34 @@ def shortlisted(fits: Fits, base: Hypothesis) -> Shortlist:
     near = [one for one in promises if one not in (*far, *unlike)]
     short = [one for one in near if one.gain >= least[one.name]]
     short = [*short[: max(rules.shortlist - len(far), 0)], *far]
-    singles: list[Hypothesis] = []
+    found: list[tuple[Promise, Hypothesis]] = []
     for number, one in enumerate(short):
         progress(Stage(f"fit {one.name}", 0.15 + 0.45 * number / len(short)))
-        singles.append(fits.refit((one.name,), base, one))
-    if hidden:
-        singles = _again(fits, base, short, singles)
+        if (single := fits.refit((one.name,), base, one)) is not None:
+            found.append((one, single))
+    singles = _again(fits, base, found) if hidden else [single for _, single in found]
     for one in unlike:
         if fits.missing(min(singles, key=by_cost, default=base)) > 1:
             progress(f"fit {one.name}")
-            singles.append(fits.refit((one.name,), base, one))
+            if (single := fits.refit((one.name,), base, one)) is not None:
+                singles.append(single)
     return Shortlist(base, tuple(promises), tuple(singles), hidden)
 
 
 def observer_part(fits: Fits, listed: Shortlist) -> ObserverPart:
     """Return what the observer says of the candidates."""
-    base, promises, rules, progress = listed.base, listed.promises, fits.rules, fits.progress
+    base, promises, progress = listed.base, listed.promises, fits.progress
     before = {one.names: one for one in listed.singles}
     singles = _firm(fits, base, _weighed(fits, base, listed.singles, listed.hidden))
     pairs: list[Hypothesis] = []
-    if singles and base.cost - singles[0].cost > rules.least_gain:
+    if singles and _asks_for_more(fits, base, singles[0], listed.hidden):
         first = singles[0]
+        least = fits.rules.promised * (base.cost - first.cost)
         pairs = _weighed(fits, first, _beside(fits, first, 0.6))
         for names, one in fits.pairs_without(first.names[0], base, promises):
             progress(f"fit {together(names)}")
-            pair = fits.refit(names, base, one)
+            if one.gain < least or (pair := fits.refit(names, base, one)) is None:
+                continue
             better = _cost(pair) < _cost(before[first.names])  # at the base's process noise
             pairs.append(fits.weighed(pair) if better else pair)
     base, tried = _from_best(fits, base, [*singles, *pairs])
@@ -145,11 +148,6 @@ def _from_best(
 
     Else a gain may be a minimum that was found by chance, and no cause: of 511 that two causes
     gained in a null, the base alone gained 209 from where they ended.
-
-    Args:
-        fits: of the runs.
-        base: without causes.
-        tried: with one cause or two.
     """
     best = min(tried, key=by_cost, default=base)
     if not fits.landing or base.cost - best.cost < fits.rules.least_gain:
@@ -167,17 +165,12 @@ def _decided(
 
     Where two causes hold together a third is looked for beside them, and so on: a machine with
     three joints has friction in each. Where elements share a number, they are also given one each.
-
-    Args:
-        fits: of the runs.
-        base: without causes.
-        tried: with one cause or two.
     """
-    given, tried = (fits.samples(), fits.rules, fits.repeats()), list(tried)
+    given, tried = (fits.samples() / fits.repeats(), fits.rules), list(tried)
     before, scored = _scored(fits, base), [_scored(fits, one) for one in tried]
     count, apart = 1, set[tuple[str, ...]]()
     while True:
-        _, best = chosen(*comparable(before, scored, *given[1:]), *given)
+        _, best = chosen(*comparable(before, scored, fits.rules), *given)
         at = next((one for one in tried if one.names == best.names), base)
         more = [] if best.names in apart else _apart(fits, at)
         apart.add(best.names)
@@ -192,12 +185,7 @@ def _decided(
 
 
 def _apart(fits: Fits, at: Hypothesis) -> list[Hypothesis]:
-    """Return a hypothesis for each of its shared numbers, with a number for each element instead.
-
-    Args:
-        fits: of the runs.
-        at: with causes, or none.
-    """
+    """Return a hypothesis for each shared number, with a number for each element instead."""
     found = []
     for name in at.names:
         parts = fits.candidates.parts(name)
@@ -216,14 +204,7 @@ def _apart(fits: Fits, at: Hypothesis) -> list[Hypothesis]:
 def _beside(
     fits: Fits, first: Hypothesis, begun: float | None = None, least: float = 0.0
 ) -> list[Hypothesis]:
-    """Return a hypothesis with one more cause each, those that promise most beside it.
-
-    Args:
-        fits: of the runs.
-        first: with causes.
-        begun: share of the work that is done; None where it is not known.
-        least: gain that a cause must promise, besides one that is no chance.
-    """
+    """Return a hypothesis with one more cause each, those that promise most beside it."""
     words, rules = together(first.names), fits.rules
     fits.progress(Stage(f"see what each candidate promises beside {words}", begun))
     added = [one for one in fits.promises(first) if one.gain > max(least, fits.second(one.name))]
@@ -232,28 +213,23 @@ def _beside(
     for number, one in enumerate(added):
         share = None if begun is None else begun + (0.9 - begun) * number / len(added)
         fits.progress(Stage(f"fit {together((*first.names, one.name))}", share))
-        found.append(fits.refit((*first.names, one.name), first, one))
+        if (more := fits.refit((*first.names, one.name), first, one)) is not None:
+            found.append(more)
     return found
 
 
 def _again(
-    fits: Fits, base: Hypothesis, short: Sequence[Promise], singles: Sequence[Hypothesis]
+    fits: Fits, base: Hypothesis, fitted: Sequence[tuple[Promise, Hypothesis]]
 ) -> list[Hypothesis]:
     """Return single causes, those fitted by the whole recipe whose refit holds next to nothing.
 
     The cost of a hop jumps where a landing comes a sample sooner, and a refit from the base stops
     at such a jump; strong correction smooths them. That takes as long as the base, so it ends with
     the first cause that leaves no more than a whole model may.
-
-    Args:
-        fits: of the runs.
-        base: that misses something.
-        short: what they promise, most first.
-        singles: as refitted.
     """
-    found = list(singles)
-    least = fits.rules.near * max((one.gain for one in short), default=0.0)
-    for number, (promised, one) in enumerate(zip(short, singles, strict=True)):
+    found = [one for _, one in fitted]
+    least = fits.rules.near * max((promised.gain for promised, _ in fitted), default=0.0)
+    for number, (promised, one) in enumerate(fitted):
         if promised.gain < least or base.cost - one.cost > fits.rules.near * promised.gain:
             continue
         if fits.missing(min(found, key=by_cost)) <= 1:
@@ -268,35 +244,40 @@ def _firm(fits: Fits, base: Hypothesis, singles: Sequence[Hypothesis]) -> list[H
 
     A cause far beyond its tolerance is found on a way that is not straight, and a refit ends on it:
     it leaves something missing, or runs held out refuse what fitted ones gain.
-
-    Args:
-        fits: of the runs.
-        base: that they are gains over.
-        singles: weighed, best first.
     """
     if not singles:
         return []
-    leader, rules = singles[0], fits.rules
-    found = versus(_scored(fits, leader), _scored(fits, base), fits.repeats())
-    little = rules.practical(fits.samples() / fits.repeats(), fits.candidates.numbers(leader.names))
-    if found.gain < little or (fits.missing(leader) <= 1 and found.held > 0):
+    leader = singles[0]
+    found = versus(_scored(fits, leader), _scored(fits, base))
+    if found.gain < _practical(fits, leader) or (fits.missing(leader) <= 1 and found.held > 0):
         return list(singles)
     fits.progress(f"fit {together(leader.names)} from a far start")
     again = fits.whole(leader.names, leader.values)
     return sorted([again, *singles[1:]] if again.cost < leader.cost else singles, key=by_cost)
 
 
+def _asks_for_more(fits: Fits, base: Hypothesis, leader: Hypothesis, hidden: bool) -> bool:
+    """Return whether a second cause is looked for beside the leading one.
+
+    Beside what is there, or nearly of a practical size, or where something is missing: hops gain 20
+    to 50 by chance wherever a fit of them begins, and each pair of them takes half a minute.
+    """
+    rules, gain = fits.rules, base.cost - leader.cost
+    small = hidden or all(fits.candidates.frees(name) for name in leader.names)
+    nearly = rules.near * _practical(fits, leader)
+    return gain / fits.repeats() > (rules.least_gain if small else max(rules.least_gain, nearly))
+
+
+def _practical(fits: Fits, one: Hypothesis) -> float:
+    """Return the gain over the base that is of a practical size."""
+    samples = fits.samples(one.names) / fits.repeats()
+    return fits.rules.practical(samples, fits.candidates.numbers(one.names))
+
+
 def _weighed(
     fits: Fits, base: Hypothesis, found: Sequence[Hypothesis], hidden: bool = False
 ) -> list[Hypothesis]:
-    """Return hypotheses, best first; the process noise of those that lead is weighed anew.
-
-    Args:
-        fits: of the runs.
-        base: that they are gains over.
-        found: fitted at its process noise.
-        hidden: whether that is more than a whole model asks for, so that all are weighed.
-    """
+    """Return hypotheses, best first; the process noise of those that lead is weighed anew."""
     if not found:
         return []
     gain = max(base.cost - one.cost for one in found)
@@ -331,7 +312,14 @@ def _at(fits: Fits, one: Hypothesis, at: Hypothesis) -> Scored:
         partial(fits.missing, one), by_run,
         frozenset(name for name in one.names if candidates.frees(name)),
         candidates.numbers(one.names), candidates.shared(one.names),
-    )  # fmt: skip
+        {name: _shown(fits, name) for name in one.names},
+    ).over(fits.repeats())  # fmt: skip
+
+
+def _shown(fits: Fits, name: str) -> Shown:
+    return Shown(
+        fits.samples([name]) / fits.repeats(), tuple(fits.shows(run, [name]) for run in fits.held)
+    )
 
 
 def _cause(candidate: Candidate, holder: Hypothesis, fits: Fits) -> Cause:

@@ -14,18 +14,9 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.wording import together
-from workbench.fit import Estimator, Linear, ParameterVector, edges_of
+from workbench.fit import Linear
 
-__all__ = [
-    "Promise",
-    "beside",
-    "columns_of",
-    "neighbourhood",
-    "of_runs",
-    "pairs_without",
-    "promising",
-    "screened",
-]
+__all__ = ["Promise", "beside", "pairs_without", "promising", "screened"]
 
 Array = NDArray[np.float64]
 Moving = Callable[[Sequence[str]], Mapping[str, bool]]
@@ -139,55 +130,3 @@ def beside(name: str, others: Collection[str], candidates: Mapping[str, Candidat
     """Return whether a candidate may be there beside others: none replaces another of them."""
     own = candidates[name].instead_of
     return not any(one in own or name in candidates[one].instead_of for one in others)
-
-
-def columns_of(near: Linear, vector: ParameterVector) -> Array:
-    """Return the derivatives by some parameters, with the rows of their priors, (m, p) [1]."""
-    at = {name: k for k, name in enumerate(near.names)}
-    columns = near.jacobian[:, [at[p.name] for p in vector.parameters]]
-    weighted = np.flatnonzero(vector.weighted)
-    priors = np.zeros((len(weighted), len(vector)))
-    priors[np.arange(len(weighted)), weighted] = 1.0
-    return np.vstack([columns, priors])
-
-
-def of_runs(near: Linear, estimator: Estimator, runs: Sequence[int]) -> Linear:
-    """Return what is known around a fit of some runs alone.
-
-    Args:
-        near: of all runs.
-        estimator: of the fit.
-        runs: their numbers.
-    """
-    rows, edges = list[NDArray[np.intp]](), [0]
-    for first, end in (estimator.edges[k : k + 2] for k in runs):
-        inside = near.edges[(near.edges > first) & (near.edges <= end)]
-        edges += list(edges[-1] + inside - first)
-        rows.append(np.arange(first, end))
-    kept = np.concatenate(rows)
-    return replace(
-        near, residuals=near.residuals[kept], jacobian=near.jacobian[kept], edges=np.array(edges)
-    )
-
-
-def neighbourhood(estimator: Estimator, x: Array, residuals: Array, jacobian: Array) -> Linear:
-    """Return what is known around a fit, without the priors' rows.
-
-    Args:
-        estimator: of the fit.
-        x: (p,) numbers [prior deviations].
-        residuals: (m,) there [1].
-        jacobian: (m, p) of them [1].
-    """
-    vector, system, edges = estimator.vector, estimator.system, [0]
-    for seen in map(system.seen, range(len(system.names))):
-        edges += list(edges[-1] + seen.shape[1] * edges_of(len(seen), system.sample_s)[1:])
-    count = edges[-1]
-    return Linear(
-        tuple(p.name for p in vector.parameters),
-        vector.own,
-        x,
-        residuals[:count],
-        jacobian[:count],
-        np.array(edges),
-    )

@@ -8,16 +8,17 @@ W, the least cost where some numbers move is that of a linear regression,
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.fit.estimator import ROBUST
+from workbench.fit.estimator import ROBUST, Estimator
 from workbench.fit.minimise import soft, weights
+from workbench.fit.parameters import ParameterVector
 
 __all__ = ["Linear", "Solved", "beyond", "edges_of", "eliminated"]
 
@@ -93,6 +94,48 @@ class Linear:
     residuals: Array
     jacobian: Array
     edges: NDArray[np.int64]
+
+    @classmethod
+    def around(cls, estimator: Estimator, x: Array, residuals: Array, jacobian: Array) -> Linear:
+        """Return what is known around numbers of an estimator, without the priors' rows.
+
+        Args:
+            estimator: of the runs.
+            x: (p,) numbers [prior deviations].
+            residuals: (m,) there [1].
+            jacobian: (m, p) of them [1].
+        """
+        vector, system, edges = estimator.vector, estimator.system, [0]
+        for seen in map(system.seen, range(len(system.names))):
+            edges += list(edges[-1] + seen.shape[1] * edges_of(len(seen), system.sample_s)[1:])
+        names, count = tuple(p.name for p in vector.parameters), edges[-1]
+        return cls(names, vector.own, x, residuals[:count], jacobian[:count], np.array(edges))
+
+    def of_runs(self, estimator: Estimator, runs: Sequence[int]) -> Linear:
+        """Return the same of some runs alone.
+
+        Args:
+            estimator: of all runs.
+            runs: their numbers.
+        """
+        rows, edges = list[NDArray[np.intp]](), [0]
+        for first, end in (estimator.edges[k : k + 2] for k in runs):
+            inside = self.edges[(self.edges > first) & (self.edges <= end)]
+            edges += list(edges[-1] + inside - first)
+            rows.append(np.arange(first, end))
+        kept = np.concatenate(rows)
+        return replace(
+            self, residuals=self.residuals[kept], jacobian=self.jacobian[kept],
+            edges=np.array(edges),
+        )  # fmt: skip
+
+    def columns(self, vector: ParameterVector) -> Array:
+        """Return the derivatives by some parameters, with the rows of their priors, (m, p) [1]."""
+        at = {name: k for k, name in enumerate(self.names)}
+        weighted = np.flatnonzero(vector.weighted)
+        priors = np.zeros((len(weighted), len(vector)))
+        priors[np.arange(len(weighted)), weighted] = 1.0
+        return np.vstack([self.jacobian[:, [at[p.name] for p in vector.parameters]], priors])
 
     @cached_property
     def weights(self) -> Array:

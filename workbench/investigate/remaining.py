@@ -114,7 +114,7 @@ def _chosen(found: Diagnosis, part: Part) -> Sequence[Scored]:
     for one, _ in part.compared:
         if one.names == part.best.names or len(one.names) != len(part.best.names):
             continue
-        behind = versus(part.best, one, found.fits.repeats())
+        behind = versus(part.best, one)
         if (
             behind.sure < BEYOND * rules.apart
             or behind.gain + behind.held < BEYOND * rules.suspected

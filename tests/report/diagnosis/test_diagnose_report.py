@@ -203,7 +203,7 @@ def test_the_missing_force_of_a_robot_is_told_and_drawn(tmp_path: Path) -> None:
 
 def test_the_answer_is_written_as_it_is_printed(tmp_path: Path) -> None:
     found = diagnosis(tmp_path, "NAMED")
-    write_answer(tmp_path / "answer.json", found, {})
+    write_answer(tmp_path / "answer.json", found.as_json(), {})
     told = json.loads((tmp_path / "answer.json").read_text())
     assert told["answer"] == "NAMED"
     assert told["causes"][0]["parameters"]["c"]["value"] == 0.02

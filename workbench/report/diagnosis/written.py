@@ -76,7 +76,7 @@ def write_report(
     if proposed is not None:
         next_run = f"{proposed.sentence}: workbench run {proposed.protocol.path}"
     write_compared(folder, found)
-    write_answer(folder / f"{folder.name}.json", found, files, next_object(proposed))
+    write_answer(folder / f"{folder.name}.json", found.as_json(), files, next_object(proposed))
     page = folder / f"{folder.name}.html"
     return write_diagnosis(page, found, files, versions(), next_run, moving,
                            {one.path.name: one.path for one in bundles})  # fmt: skip
