@@ -32,3 +32,18 @@ def test_a_cause_for_which_the_base_bends_the_floor_is_found_from_the_stated_one
     assert found.values["foot_cg forward"] == pytest.approx(FORWARD, abs=0.002)
     assert abs(mass.number(found.values["foot_mass"])) < 2
     assert base.cost - found.cost > 2 * promises[0].gain  # strong correction leaves little of it
+    absent = next(one for one in promises if one.name == "friction_anisotropy")
+    assert hopping.refit([absent.name], base, absent) is None
+
+    ended = hopping.ended(found)
+    noise, strong = ended.estimator.noise, ended.estimator.system.strong
+    assert all(noise[group] >= 0.5 * strong[group] for group in ("hopping beam", "foot"))
+    assert noise["beam"] == found.estimator.noise["beam"]
+    error = hopping.deviations(ended)["foot_cg forward"]
+    print(ended.values["foot_cg forward"], error)
+    assert abs(ended.values["foot_cg forward"] - FORWARD) < 3 * error < FORWARD
+
+    (hop,) = hopping.landing
+    assert hopping.shows(hop, ["foot_cg"])
+    assert not any(hopping.shows(run, ["foot_cg"]) for run in hopping.train if run != hop)
+    assert 0 < hopping.samples(["foot_cg"]) < hopping.samples() == hopping.samples(["air_drag"])
