@@ -27,9 +27,9 @@ class Rules:
         near: share of the best gain within which a candidate's process noise is weighed anew.
         least_gain: gain of a cause of one number that is no chance: 1 in 16,000, for some thirty.
         suspected: gain of one that may well be there: 1 in 200.
-        size: gain for each sample and channel, of a practical size: (0.08 sigma)^2.
+        size: gain for each sample that can show a cause, of a practical size: (0.08 sigma)^2.
         sure: gain over its scatter, of a cause against none.
-        agree: share of the runs held out that must prefer it.
+        agree: share of the runs held out that can show it, which must prefer it.
         apart: gain over its scatter, of a cause against another, and of one that may be there.
         material: share of what is missing that a cause must explain to be listed, where more is
             left than a whole model may miss.
