@@ -177,7 +177,7 @@ class LandingFits(Fits):
     def ended(self, one: Hypothesis) -> Hypothesis:
         """Return a hypothesis fitted to its minimum, where the cost of hops is smooth; of `Fits`.
 
-        With less process noise it ends at a kink, and the slopes there say too much: of six
+        With less process noise it ends at a kink, and the slopes there say too much: of seven
         intervals one held the truth.
         """
         estimator, hops = one.estimator, self._landed[()].estimator
