@@ -41,7 +41,7 @@ Of friction that is 30 % higher one way it promised 3 of 2000, the secant 122 at
 _ROUNDS = 3  # of weighing the process noise
 _SMOOTH = 10**-0.5
 """Share of the strong process noise at which the cost of hops is smooth: for causes that were not
-there, fits ended 5 of it apart; at 0.1 it was 30, at 0.03 it was 100."""
+there, fits ended 6 of it apart; at 0.1 it was 30, at 0.03 it was 130."""
 _STEPS = 12  # evaluations of hops there
 _LAST_STEPS = 6  # with less noise, and of all runs in the end
 
