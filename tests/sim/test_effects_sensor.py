@@ -128,10 +128,10 @@ def test_a_halving_doubles_the_engine_s_steps(robot: Robot, halvings: int, steps
 
 
 def test_halving_the_step_moves_the_motion_ever_less(robot: Robot, plain: TimeSeries) -> None:
-    """First order: the second halving changes half as much as the first."""
+    """Better than first order: the second halving changes less than half as much as the first."""
     robots = [replace(robot, effects={"time_step": {"halvings": n}}) for n in (0.0, 1.0, 2.0)]
     rough, half, quarter = (points(s.motion) for s in simulate_all([(r, CLAMPED) for r in robots]))
     assert np.array_equal(rough, points(plain))
     first, second = np.abs(half - rough).max(), np.abs(quarter - half).max()
     assert first > 1e-6
-    assert second / first == pytest.approx(0.5, abs=0.1)
+    assert 0.2 < second / first < 0.45

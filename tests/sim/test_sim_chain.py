@@ -1,7 +1,12 @@
-"""Planar chains step as the engine does; what is no planar chain is left to the engine."""
+"""Planar chains step as the engine does; what is no planar chain is left to the engine.
+
+They are compared with centrifugal forces at the engine's speeds; what taking them ahead gains is
+tested in `test_sim_convergence.py`.
+"""
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from unittest import mock
 
@@ -23,7 +28,7 @@ from workbench.sim import (
     simulate,
     static_stiffness,
 )
-from workbench.sim.chain import read_chain
+from workbench.sim.chain import PlanarChain, read_chain
 from workbench.sim.statics import RotorKeeps
 
 SAMPLES = 90
@@ -70,9 +75,25 @@ def alike(condition: Condition) -> float:
     return ALIKE if condition.foot == "fixed" else ALIKE_ON_THE_GROUND
 
 
+def by_chain(robot: Robot, condition: Condition) -> Simulation:
+    """Simulate with centrifugal forces at the speeds of the step before, as the engine has them."""
+    with first_order():
+        return simulate(robot, condition)
+
+
+def first_order() -> AbstractContextManager[object]:
+    """Let chains that are read within it be stepped by the engine's own rule."""
+    return mock.patch("workbench.sim.stepper.read_chain", _as_engine)
+
+
+def _as_engine(model: mujoco.MjModel) -> PlanarChain | None:
+    chain = read_chain(model)
+    return None if chain is None else replace(chain, ahead=0.0)
+
+
 def apart(robot: Robot, condition: Condition) -> float:
     """Return the greatest difference of a place or an angle between both ways."""
-    ours, engine = simulate(robot, condition).motion, by_engine(robot, condition).motion
+    ours, engine = by_chain(robot, condition).motion, by_engine(robot, condition).motion
     names = [name for name in engine.names if name.endswith(("_m", "_rad"))]
     return max(float(np.abs(ours[name] - engine[name]).max()) for name in names)
 
@@ -110,7 +131,8 @@ def test_dry_friction_of_many_hinges_is_that_of_the_engine(robot: Robot) -> None
     exact = replace(many, planar=True, edits=(_exactly,))
     model, data = at_rest(applied(exact), CONDITIONS["decay"])
     batch = Batch(model, nsim=1, nthread=1, persistent=True)
-    stepper, apart = Stepper(batch, [model]), []
+    with first_order():
+        stepper, apart = Stepper(batch, [model]), []
     for _ in range(2000):
         mujoco.mj_getState(model, data, batch.state[0], int(mujoco.mjtState.mjSTATE_INTEGRATION))
         batch.forward(stage=int(mujoco.mjtStage.mjSTAGE_VEL))
@@ -122,7 +144,7 @@ def test_dry_friction_of_many_hinges_is_that_of_the_engine(robot: Robot) -> None
 
 
 def test_motor_power_and_forces_are_those_of_the_engine(robot: Robot) -> None:
-    ours, engine = (way(robot, CONDITIONS["hop"]).motion for way in (simulate, by_engine))
+    ours, engine = (way(robot, CONDITIONS["hop"]).motion for way in (by_chain, by_engine))
     for name in ("motor_power_W", "ground_x_N", "ground_z_N", "corners_touching"):
         assert np.ptp(engine[name]) > 0
         assert np.abs(ours[name] - engine[name]).max() < 1e-6, name
@@ -159,7 +181,8 @@ def test_a_boom_of_another_kind_moves_as_in_the_engine(extra: str) -> None:
     assert read_chain(model) is not None
     batch, data = Batch(model, nsim=1, nthread=1, persistent=True), mujoco.MjData(model)
     batch.forward(stage=int(mujoco.mjtStage.mjSTAGE_VEL))
-    stepper = Stepper(batch, [model])
+    with first_order():
+        stepper = Stepper(batch, [model])
     for k in range(40):
         batch.bind("ctrl")[:] = data.ctrl[:] = [np.sin(0.3 * k), 0.1]
         stepper.step(25)
@@ -185,7 +208,8 @@ def shown_as_in_the_engine(model: mujoco.MjModel, data: mujoco.MjData, command: 
     batch, whole = Batch(model, nsim=1, nthread=1, persistent=True), mujoco.mjtState
     mujoco.mj_getState(model, data, batch.state[0], int(whole.mjSTATE_INTEGRATION))
     batch.forward(stage=int(mujoco.mjtStage.mjSTAGE_VEL))
-    stepper = Stepper(batch, [model], places_alone=True)
+    with first_order():
+        stepper = Stepper(batch, [model], places_alone=True)
     batch.bind("ctrl")[:] = data.ctrl[:] = command
     for _ in range(5):
         stepper.step(34)

@@ -251,13 +251,13 @@ def _track_chains(
         slopes_of: of `translations`, from the bodies to the Jacobian.
         gates: gate and streak.
         view: mix to coloured, then follow.
-        state: qpos, qvel and userdata.
+        state: qpos, qvel, acceleration of the step before and userdata.
         found: innovation to slopes, of all samples, (n, s, ...).
-        kept: (n, s, nq) and (n, s, nv) before each correction, written [m, rad] and their rates; of
-            no samples where they are not wanted.
+        kept: of the first three before each correction, (n, s, nq) and twice (n, s, nv), written;
+            of no samples where they are not wanted.
     """
     points, jacobian = places[-1], slopes_of[-1]
-    (gate, streak), (qpos, qvel, userdata) = gates, state
+    (gate, streak), (qpos, qvel, qacc, userdata) = gates, state
     mix, pick, pick_rate, bias, delay, basis, covariance, noise, memory, coloured, follow = view
     innovation, white, information, slopes = found
     for k in range(seen.shape[1]):
@@ -271,6 +271,7 @@ def _track_chains(
         if len(kept[0]):
             kept[0][k] = qpos
             kept[1][k] = qvel
+            kept[2][k] = qacc
         predicted(*places)
         translations(points, *slopes_of)
         correct(

@@ -12,7 +12,7 @@ import copy
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import mujoco
@@ -117,6 +117,8 @@ class Innovations:
         qpos: (n, nq) before each correction; empty unless kept [m, rad].
         qvel: (n, nv) the same [m/s, rad/s].
         sane: samples before the numbers blew up.
+        qacc: (n, nv) in the step before, of which a chain's next step knows; empty unless kept
+            [m/s^2, rad/s^2].
     """
 
     error: Array
@@ -127,6 +129,7 @@ class Innovations:
     qpos: Array
     qvel: Array
     sane: int
+    qacc: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 def observe(jobs: Iterable[Job], threads: int = 0, keep: bool = False) -> list[Innovations]:
@@ -170,8 +173,8 @@ def _observe(numbered: Mapping[int, Job], keep: bool) -> dict[int, Innovations]:
     control = _padded([job.control for job in jobs], length, 0.0)
     count, channels, modes = len(jobs), seen.shape[2], jobs[0].gain.basis.shape[1]
     found = SampleInnovations.of(length, count, channels, modes)
-    qpos, qvel = (np.zeros((length if keep else 0, *part.shape)) for part in together.state)
-    sane = together.track(control, seen, found, (qpos, qvel))
+    qpos, qvel, qacc = (np.zeros((length if keep else 0, *part.shape)) for part in together.state)
+    sane = together.track(control, seen, found, (qpos, qvel, qacc))
     rates = together.rates(found.slopes)
     return {
         number: Innovations(
@@ -180,6 +183,7 @@ def _observe(numbered: Mapping[int, Job], keep: bool) -> dict[int, Innovations]:
             qpos=qpos[: len(job.seen), row],
             qvel=qvel[: len(job.seen), row],
             sane=int(min(sane[row], len(job.seen))),
+            qacc=qacc[: len(job.seen), row],
         )
         for row, (number, job) in enumerate(numbered.items())
     }
@@ -236,7 +240,9 @@ class Together:
         )
         self._coloured = np.zeros_like(self._gain[-1])
         self._follow = np.array(jobs[0].follow, dtype=np.int64)
-        self.state: tuple[Array, Array] = (batch.bind("qpos"), batch.bind("qvel"))
+        self.state: tuple[Array, Array, Array] = (
+            batch.bind("qpos"), batch.bind("qvel"), batch.bind("qacc_warmstart"),
+        )  # fmt: skip
         self._userdata, self._command = batch.bind("userdata"), batch.bind("ctrl")
         self._points = np.empty((len(jobs), len(self._bodies), 3))
         stepper = self._stepper
@@ -247,7 +253,7 @@ class Together:
         self._streak = np.zeros(self._gate.shape, dtype=np.int64)
 
     def track(
-        self, control: Array, seen: Array, found: SampleInnovations, kept: tuple[Array, Array]
+        self, control: Array, seen: Array, found: SampleInnovations, kept: tuple[Array, ...]
     ) -> NDArray[np.int64]:
         """Step from the first sample to the last and correct by each.
 
@@ -255,8 +261,8 @@ class Together:
             control: (s, n, nu) from each sample to the next [unit of the actuator].
             seen: (s, n, c) measured, NaN where not seen [unit of the channel].
             found: of (n, s) written.
-            kept: (n, s, nq) and (n, s, nv) before each correction, written [m, rad] and their
-                rates; of no samples where they are not wanted.
+            kept: of `state` before each correction, (n, s, nq) and twice (n, s, nv), written; of no
+                samples where they are not wanted.
 
         Returns:
             Samples before the numbers of each simulation blew up, (s,).
@@ -276,7 +282,8 @@ class Together:
                 broken = self.step(control[:, k - 1])
                 sane[broken] = np.minimum(sane[broken], k)
             if len(kept[0]):
-                kept[0][k], kept[1][k] = self.state
+                for part, now in zip(kept, self.state, strict=True):
+                    part[k] = now
             self.correct(seen[:, k], SampleInnovations(*(part[k] for part in found)))
         return sane
 
@@ -311,7 +318,7 @@ class Together:
                 self._jacobian[:, 3 * p : 3 * p + 3] = jacobian
         row: Any = (
             seen, self._gate, self._streak, self._points, self._jacobian, *self._view, *self._gain,
-            self._coloured, self._follow, *self.state, self._userdata, *found,
+            self._coloured, self._follow, *self.state[:2], self._userdata, *found,
         )  # fmt: skip
         correct(*row)
 

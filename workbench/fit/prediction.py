@@ -129,6 +129,7 @@ def _starts(one: Observed, rows: Sequence[int]) -> Iterator[Array]:
     for k in rows:
         mujoco.mj_setState(job.model, data, job.state, _STATE)
         data.qpos[:], data.qvel[:] = qpos[k], qvel[k]
+        data.qacc_warmstart[:] = one.innovations.qacc[k]
         data.act[:] += turned[k]
         data.userdata[:] = 0.0
         state = np.empty(len(job.state))

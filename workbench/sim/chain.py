@@ -76,6 +76,8 @@ class PlanarChain:
         top: (4,) the same of T [m, rad]; for `beam_laws`.
         gravity: forward and up [m/s^2].
         step: [s].
+        ahead: by how much speeds are ahead of the last step's where centrifugal forces are taken
+            [s]; zero as the engine has it.
         root: degrees of freedom of the root: 0 fixed, 3 planar joints, 6 a free joint.
     """
 
@@ -87,6 +89,7 @@ class PlanarChain:
     top: Array
     gravity: tuple[float, float]
     step: float
+    ahead: float
     root: int
 
     @property
@@ -112,7 +115,9 @@ def read_chain(model: mujoco.MjModel) -> PlanarChain | None:
     top = bodies[int(laws[4])]
     forward, _, up = model.opt.gravity
     step = model.opt.timestep
-    return PlanarChain(links, actuators, ground, laws, bodies, top, (forward, up), step, root)
+    return PlanarChain(
+        links, actuators, ground, laws, bodies, top, (forward, up), step, step / 2, root
+    )
 
 
 def _root(model: mujoco.MjModel) -> int | None:

@@ -44,6 +44,7 @@ __all__ = [
     "place_links",
     "pull_top",
     "read_coordinates",
+    "read_rates",
 ]
 
 Array = NDArray[np.float64]
@@ -64,25 +65,39 @@ WORK = 20
 
 
 @compile_part
-def read_coordinates(root: int, qpos: Array, qvel: Array, q: Array, v: Array) -> None:
+def read_coordinates(root: int, qpos: Array, q: Array) -> None:
     """Copy the engine's coordinates to forward, up, pitch of the root and the hinges' angles.
 
     Args:
         root: its degrees of freedom.
         qpos: (nq,) of the engine [m, rad].
-        qvel: (nv,) of the engine [m/s, rad/s].
         q: (n + 3,) coordinates, written [m, rad].
-        v: (n + 3,) their rates, written [m/s, rad/s].
     """
     first = 3 if root == 6 else 3 - root
-    for i in range(first):
-        q[i] = v[i] = 0.0
+    q[:first] = 0.0
     if root == 6:
         q[0], q[1], q[2] = qpos[0], qpos[2], 2 * math.atan2(qpos[5], qpos[3])
-        v[0], v[1], v[2] = qvel[0], qvel[2], qvel[4]
-    angles, speeds = len(qpos) - len(q), len(qvel) - len(v)
+    angles = len(qpos) - len(q)
     for i in range(first, len(q)):
-        q[i], v[i] = qpos[angles + i], qvel[speeds + i]
+        q[i] = qpos[angles + i]
+
+
+@compile_part
+def read_rates(root: int, qvel: Array, v: Array) -> None:
+    """Copy the engine's speeds or accelerations to those of a chain's coordinates.
+
+    Args:
+        root: its degrees of freedom.
+        qvel: (nv,) of the engine [SI].
+        v: (n + 3,) of the coordinates, written [SI].
+    """
+    first = 3 if root == 6 else 3 - root
+    v[:first] = 0.0
+    if root == 6:
+        v[0], v[1], v[2] = qvel[0], qvel[2], qvel[4]
+    speeds = len(qvel) - len(v)
+    for i in range(first, len(v)):
+        v[i] = qvel[speeds + i]
 
 
 @compile_part

@@ -67,12 +67,12 @@ def _stiffness_of_chain(
         pull: (2,) that force, forward and up [N].
     """
     size, count = len(dofs), links.shape[0] + 2
-    q, v, rest, foot = np.empty(count), np.zeros(count), np.zeros(count + 3), np.empty(3)
+    q, v, foot = np.empty(count), np.zeros(count), np.empty(3)
     user, work = np.empty(GROUND_RECORD), np.empty((links.shape[0], WORK))
     sides, found = np.empty((2, size)), np.empty((size, size))
     for column in range(size):
         for side in range(2):
-            read_coordinates(root, qpos, rest, q, v)
+            read_coordinates(root, qpos, q)
             for i in range(count):
                 q[i] += (step - 2 * step * side) * directions[column, i]
             user[:] = 0.0

@@ -16,7 +16,7 @@ from workbench.sim.chain_step import step_chains
 
 __all__ = ["Stepper"]
 
-_PARTS = ("qpos", "qvel", "act", "ctrl", "userdata", "time")
+_PARTS = ("qpos", "qvel", "act", "ctrl", "userdata", "time", "qacc_warmstart")
 _CURRENT = int(mujoco.mjtStage.mjSTAGE_VEL)
 
 
@@ -63,7 +63,7 @@ class Stepper:
         self._root = some.root
         self._numbers = tuple(
             np.array([getattr(chain, name) for chain in whole])
-            for name in ("links", "actuators", "ground", "laws", "top", "gravity", "step")
+            for name in ("links", "actuators", "ground", "laws", "top", "gravity", "step", "ahead")
         )
         self._bodies = np.array([chain.bodies for chain in whole])
 

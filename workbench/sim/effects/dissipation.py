@@ -70,7 +70,7 @@ HINGE_QUADRATIC_DAMPING = Effect(
     name="hinge_quadratic_damping",
     group="dissipation",
     sentence="the beam damps more the faster it bends, with a quadratic term of {c} in every hinge",
-    quantities=(Quantity("c", "N m s^2/rad^2", low=0.0, high=1.0, tolerance=0.003, step=1e-4),),
+    quantities=(Quantity("c", "N m s^2/rad^2", low=0.0, high=1.0, tolerance=0.003, step=5e-5),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=("hinge_coulomb_friction", "hinge_damping", "air_drag", "hinge_cubic_stiffness"),
     separated_by="ring-downs at three amplitudes: the decay rate grows with the amplitude",
