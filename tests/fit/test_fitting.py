@@ -13,10 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from benchmarks.bank.cases import Run
 from benchmarks.bank.courses import Course
-from benchmarks.bank.observe import film
-from benchmarks.bank.write import measured_run
 from tests.fit.filmed import ROBOT, measured, ramp, twin_motion
 from tests.fit.test_mjcf_system import ANGLE_NOISE, PENDULUM, PIVOT, TRUTH, swung
 from workbench.errors import InputError
@@ -36,11 +33,8 @@ from workbench.fit import (
     free_parameters,
     intervals,
     minimised,
-    refined,
     undetermined,
 )
-from workbench.fit.fitting import _glitches
-from workbench.noise import robust_sigma
 from workbench.schemas import load_model
 
 Array = NDArray[np.float64]
@@ -203,46 +197,3 @@ def test_an_unknown_parameter_is_named_with_those_that_exist() -> None:
     model = load_model("thesis", Path()).content
     with pytest.raises(InputError, match=r"'hinge_stifness' is unknown.*hinge_stiffness"):
         free_parameters(model, ["hinge_stifness"])
-
-
-def test_glitches_are_left_out_and_lasting_errors_are_not() -> None:
-    error = np.random.default_rng(0).normal(0, 1.0, (400, 2))
-    seen = error.copy()
-    error[50, 0] = np.nan  # left out by the gate
-    error[200:203, 1], error[203:260, 1] = np.nan, 40.0  # and what lasts is let in
-    seen[90], error[90] = np.nan, np.nan
-    wild = _glitches(error, seen, np.array([7.0, 7.0]))
-    assert wild[50, 0]
-    assert wild.sum() == 1
-
-
-def test_a_glitch_does_not_hide_the_one_that_follows() -> None:
-    course = Course("clamped", 6.0, ramp(8.5))
-    run = measured(twin_motion(course), course)
-    rng = np.random.default_rng(5)
-    at = np.sort(rng.choice(np.arange(200, len(run.motion) - 20, 20), 8, replace=False))
-    values = run.motion.values.copy()
-    columns = [run.motion.names.index(name) for name in run.places]
-    values[at[:, None], columns] += rng.choice([-0.012, 0.012], (len(at), 2))
-    run = replace(run, motion=replace(run.motion, values=values))
-    system = Hopper(ROBOT, [run])
-    vector = ParameterVector(system.parameters)
-    estimator = Estimator.of(system, vector, system.strong)
-    (mask,) = refined(estimator, np.zeros(len(vector))).masks
-    assert set(np.flatnonzero(mask.all(axis=1)) + system.first(0)) >= set(at)
-    assert mask.sum() <= 2 * len(at) + 4
-
-
-@pytest.mark.parametrize("seed", [2, 27])
-def test_a_hop_that_a_glitch_would_lose_is_observed_to_its_end(seed: int) -> None:
-    course = Course("hop", 3.0, ramp(18.27))
-    seen = film(twin_motion(course), "B", np.random.default_rng(seed))
-    system = Hopper(ROBOT, [measured_run(Run("hop run", "train", course, seen))])
-    vector = ParameterVector(system.parameters)
-    x = np.zeros(len(vector))
-    far = Estimator.of(system, vector, {group: 10 * q for group, q in system.strong.items()})
-    assert robust_sigma(far.innovations(x)[0].error, axis=0).max() > 0.05  # it is lost
-    estimator = refined(Estimator.of(system, vector, system.strong), x)
-    assert 0 < estimator.masks[0].sum() < 20
-    white = estimator.innovations(x)[0].white
-    assert np.sqrt(np.nanmean(white**2)) < 1.1

@@ -86,7 +86,7 @@ def test_a_gap_is_predicted_through_and_left_unweighed() -> None:
     gap = slice(100, 160)
     masks = [np.zeros(system().seen(k).shape, dtype=np.bool_) for k in range(3)]
     masks[0][gap] = True
-    found = Estimator.of(system(), whole.vector, SIZE, masks, 1).innovations(
+    found = Estimator.of(system(), whole.vector, SIZE, 1, masks).innovations(
         np.zeros(len(whole.vector))
     )[0]
     assert np.isnan(found.error[gap]).all()

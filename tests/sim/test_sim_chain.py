@@ -181,8 +181,7 @@ def test_a_boom_of_another_kind_moves_as_in_the_engine(extra: str) -> None:
     assert read_chain(model) is not None
     batch, data = Batch(model, nsim=1, nthread=1, persistent=True), mujoco.MjData(model)
     batch.forward(stage=int(mujoco.mjtStage.mjSTAGE_VEL))
-    with first_order():
-        stepper = Stepper(batch, [model])
+    stepper = Stepper(batch, [model])
     for k in range(40):
         batch.bind("ctrl")[:] = data.ctrl[:] = [np.sin(0.3 * k), 0.1]
         stepper.step(25)

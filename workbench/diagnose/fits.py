@@ -301,18 +301,18 @@ class Fits:
 
     def weighed(self, one: Hypothesis) -> Hypothesis:
         """Return a hypothesis fitted again at the process noise that makes it most likely."""
-        if one in self._weighed:
-            return self._weighed[one]
-        given, estimator, x, slopes = one, one.estimator, one.x, None
+        if one not in self._weighed:
+            self._weighed[one] = self._weighing(one)
+        return self._weighed[one]
+
+    def _weighing(self, one: Hypothesis, free: NDArray[np.bool_] | None = None) -> Hypothesis:
+        """Fit those numbers, (p,), that are free with ever less process noise, as is likelier."""
         for _ in range(_ROUNDS):
-            weighed = likeliest(estimator, x, up=0)
-            if weighed.noise == estimator.noise:
+            estimator = likeliest(one.estimator, one.x, up=0)
+            if estimator.noise == one.estimator.noise:
                 break
-            estimator = weighed
-            found = minimised(estimator, x, most=_STEPS, near=ROUGH, jacobian=slopes)
-            slopes = found.jacobian
-            one, x = self._hypothesis(one.names, estimator, found.x, found.jacobian), found.x
-        self._weighed[given] = one
+            found = minimised(estimator, one.x, free, _STEPS, ROUGH, one.jacobian, known=False)
+            one = self._hypothesis(one.names, estimator, found.x, found.jacobian)
         return one
 
     def again(self, one: Hypothesis, near: Hypothesis) -> Hypothesis:
@@ -350,7 +350,7 @@ class Fits:
         before = near.estimator
         system = self.rig.system(self.train, parameters, before.system)
         vector = ParameterVector(system.parameters)
-        estimator = Estimator.of(system, vector, before.noise, before.masks, self.threads)
+        estimator = Estimator.of(system, vector, before.noise, self.threads)
         return estimator, vector.named(near.values)
 
     def _hypothesis(
@@ -384,12 +384,12 @@ class Fits:
     def _unseen(self, one: Hypothesis) -> Estimator:
         """Return the estimator of the runs held out, their inputs made by the first that asks."""
         before = self._held.get(self.far(one.names))
-        like, masks = (None, ()) if before is None else (before.system, before.masks)
+        like = None if before is None else before.system
         system = self.rig.system(self.held, one.estimator.vector.shared, like)
         vector = ParameterVector(system.parameters)
         whole = self._whole(one)
         noise = {group: max(q, whole[group]) for group, q in one.estimator.noise.items()}
-        estimator = Estimator.of(system, vector, noise, masks, self.threads)
+        estimator = Estimator.of(system, vector, noise, self.threads)
         if before is None:
             estimator = refined(estimator, vector.named(one.values))
             self._held[self.far(one.names)] = estimator

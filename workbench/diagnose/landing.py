@@ -19,6 +19,7 @@ from workbench.diagnose.fits import Fits
 from workbench.diagnose.hypothesis import Hypothesis, by_cost
 from workbench.diagnose.screening import Promise, promising, screened
 from workbench.fit import (
+    NOISE_FACTOR,
     ROUGH,
     Estimator,
     Hopper,
@@ -26,7 +27,6 @@ from workbench.fit import (
     ParameterVector,
     System,
     fit_system,
-    likeliest,
     minimised,
 )
 
@@ -38,12 +38,11 @@ _REACHES = (-2.0, 2.0)
 """Prior deviations over which secants of a hop are taken: a tangent is the slope between two kinks.
 Of friction that is 30 % higher one way it promised 3 of 2000, the secant 122 at strong correction.
 """
-_ROUNDS = 3  # of weighing the process noise
-_SMOOTH = 10**-0.5
+_SMOOTH = 1 / NOISE_FACTOR
 """Share of the strong process noise at which the cost of hops is smooth: for causes that were not
 there, fits ended 6 of it apart; at 0.1 it was 30, at 0.03 it was 130."""
 _STEPS = 12  # evaluations of hops there
-_LAST_STEPS = 6  # with less noise, and of all runs in the end
+_LAST_STEPS = 6  # of all runs in the end
 
 
 class LandingFits(Fits):
@@ -65,6 +64,7 @@ class LandingFits(Fits):
             self._stills[()] = base
         self._landed: dict[tuple[str, ...], Hypothesis] = {}
         self._smooth: dict[tuple[str, ...], Hypothesis] = {}
+        self._left = set[tuple[str, ...]]()
 
     def little(self, name: str) -> float:
         """Return what it must promise, of `Fits`: strong correction leaves little of hops alone."""
@@ -117,6 +117,8 @@ class LandingFits(Fits):
             if found is None:
                 return None
             self._stills[shown] = found
+        if landed in self._left:
+            return None
         if landed not in self._landed:
             one = replace(promise, near=promise.near.of_runs(near.estimator, self._runs(True)))
             if before[1] not in self._smooth:
@@ -124,8 +126,10 @@ class LandingFits(Fits):
                 self._smooth[before[1]] = self._smoothly(before[1], before[0], known)
             smooth = self._smoothly(landed, shown, one)
             if self._smooth[before[1]].cost - smooth.cost < self.rules.suspected:
+                self._left.add(landed)
                 return None
-            self._smooth[landed], self._landed[landed] = smooth, self._weakly(smooth)
+            free = self._free(smooth.estimator.vector)
+            self._smooth[landed], self._landed[landed] = smooth, self._hops._weighing(smooth, free)
         found = self._together(tuple(names))
         if found.cost < near.cost:
             return found
@@ -144,24 +148,11 @@ class LandingFits(Fits):
         goal = [promise.numbers.get(p.name, x[k]) for k, p in enumerate(vector.parameters)]
         free = self._free(vector)
         x = np.where(free, np.clip(np.array(goal), *vector.bounds), x)
-        estimator = Estimator.of(system, vector, system.strong, like.masks, self.threads)
+        estimator = Estimator.of(system, vector, system.strong, self.threads)
         found = minimised(estimator, x, free, _STEPS, ROUGH, promise.near.columns(vector))
         estimator = estimator.with_noise({g: _SMOOTH * q for g, q in system.strong.items()})
         found = minimised(estimator, found.x, free, _STEPS, ROUGH, found.jacobian, known=False)
         return self._hops._hypothesis(names, estimator, found.x, found.jacobian)
-
-    def _weakly(self, smooth: Hypothesis) -> Hypothesis:
-        """Fit hops with the process noise that makes them most likely."""
-        estimator, x, slopes = smooth.estimator, smooth.x, smooth.jacobian
-        free = self._free(estimator.vector)
-        for _ in range(_ROUNDS):
-            weighed = likeliest(estimator, x, up=0)
-            if weighed.noise == estimator.noise:
-                break
-            estimator = weighed
-            found = minimised(estimator, x, free, _LAST_STEPS, ROUGH, slopes, known=False)
-            x, slopes = found.x, found.jacobian
-        return self._hops._hypothesis(smooth.names, estimator, x, slopes)
 
     def _own(self, names: tuple[str, ...]) -> dict[str, float]:
         """Return the numbers of candidates in hops that were fitted."""
@@ -218,21 +209,19 @@ class LandingFits(Fits):
         still = self._stills[shown]
         parts = {False: (still.estimator, still.x, still.jacobian),
                  True: (hops.estimator, hops.x, hops.jacobian)}  # fmt: skip
-        inputs, masks = dict[str, Array | None](), dict[str, NDArray[np.bool_]]()
-        values, noise = dict[str, float](), dict(still.estimator.noise)
+        inputs, values = dict[str, Array | None](), dict[str, float]()
+        noise = dict(still.estimator.noise)
         for estimator, x, _ in parts.values():
             system = estimator.system
             assert isinstance(system, Hopper)
             inputs |= zip(system.names, system.turned, strict=True)
-            masks |= zip(system.names, estimator.masks, strict=True)
             values |= {p.name: v for p, v in estimator.vector.values(x).items()}
             noise |= {g: q for g, q in estimator.noise.items() if estimator.depends_on(g)}
         assert isinstance(self._nominal, Hopper)
         like = self._nominal.turning([inputs[name] for name in self._nominal.names])
         system = self.rig.system(self.train, self._released(names), like)
         vector = ParameterVector(system.parameters)
-        kept = [masks[name] for name in system.names]
-        estimator, x = Estimator.of(system, vector, noise, kept, self.threads), vector.named(values)
+        estimator, x = Estimator.of(system, vector, noise, self.threads), vector.named(values)
         slopes = self._slopes(estimator, x, parts)
         found = minimised(estimator, x, None, _LAST_STEPS, ROUGH, slopes)
         return self._hypothesis(names, estimator, found.x, found.jacobian)

@@ -118,8 +118,10 @@ def observer_part(fits: Fits, listed: Shortlist) -> ObserverPart:
         least = fits.rules.promised * (base.cost - first.cost)
         pairs = _weighed(fits, first, _beside(fits, first, 0.6))
         for names, one in fits.pairs_without(first.names[0], base, promises):
+            if one.gain < least:
+                continue
             progress(f"fit {together(names)}")
-            if one.gain < least or (pair := fits.refit(names, base, one)) is None:
+            if (pair := fits.refit(names, base, one)) is None:
                 continue
             better = _cost(pair) < _cost(before[first.names])  # at the base's process noise
             pairs.append(fits.weighed(pair) if better else pair)

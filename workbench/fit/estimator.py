@@ -86,8 +86,8 @@ class Estimator:
         system: System,
         vector: ParameterVector,
         noise: Mapping[str, float],
-        masks: Sequence[NDArray[np.bool_]] = (),
         threads: int = 0,
+        masks: Sequence[NDArray[np.bool_]] = (),
     ) -> Estimator:
         """Return the estimator of a system with a process noise.
 
@@ -95,8 +95,8 @@ class Estimator:
             system: with its runs.
             vector: of the parameters.
             noise: process noise of each group of joints.
-            masks: of each run, (n, c): samples that are left out; none where left out.
             threads: 0 takes all cores.
+            masks: of each run, (n, c): samples that are left out; none where left out.
         """
         runs = range(len(system.names))
         modes = tuple(system.modes(k) for k in runs)
@@ -137,22 +137,20 @@ class Estimator:
             total += float(np.sum(soft(counted(one), ROBUST))) + float(np.sum(one.information))
         return -total / 2
 
-    def job(self, run: int, x: Array, coarse: bool = False, gate: Array | None = None) -> Job:
+    def job(self, run: int, x: Array, coarse: bool = False) -> Job:
         """Return the observer's job of a run at parameters (p,).
 
         Args:
             run: its number.
             x: (p,) the minimiser's numbers [1].
             coarse: whether the steps may be coarser than the model's own.
-            gate: (c,) of `Job` [unit of the channel]; every sample is looked at where one is given.
 
         Raises:
             InputError: when they cannot be simulated.
         """
         start = self.system.start(run, self.vector.values(x), coarse)
-        left_out = self.masks[run] if gate is None else False
-        seen = np.where(left_out, np.nan, self.system.seen(run))[: self.samples(run)]
-        return Job.of(start, seen, self.gains[run], gate)
+        seen = np.where(self.masks[run], np.nan, self.system.seen(run))[: self.samples(run)]
+        return Job.of(start, seen, self.gains[run])
 
     def _felt(self, run: int) -> list[int]:
         parameters = self.vector.parameters

@@ -2,8 +2,8 @@
 
 Strong correction and the first seconds bring a far start near; whole runs follow, and the process
 noise is weighed by the likelihood until it stays. Between stages the drive's angles are made anew
-from states observed with strong correction, and glitches are left out: within a stage nothing
-changes, so that the cost is smooth (`minimise`). Residuals are always those of full steps; only
+from states observed with strong correction: within a stage nothing changes, so that the cost is
+smooth (`minimise`). Residuals are always those of full steps; only
 derivatives are of coarse ones.
 """
 
@@ -13,17 +13,14 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
-from workbench.fit.correction import LONGEST
 from workbench.fit.estimator import NEAREST, Estimator, reaches
 from workbench.fit.minimise import CLOSE, ROUGH, Minimum, minimum, soft
 from workbench.fit.observer import Innovations, observe
 from workbench.fit.parameters import ParameterVector, Scope
 from workbench.fit.process import likeliest
 from workbench.fit.system import System
-from workbench.noise import robust_sigma
 from workbench.progress import Progress
 
 __all__ = ["Fit", "fit_near", "fit_system", "minimised", "refined", "settled"]
@@ -32,8 +29,6 @@ Array = NDArray[np.float64]
 
 _FIRST_S = 3.0
 _FAR = 5.0  # times the strong process noise, where nothing is known
-_GLITCH = 7.0  # deviations of one that is left out
-_WILD = 30.0  # sigma: a glitch that may make a strongly corrected observer lose a hop
 
 _MOST = 20  # evaluations of the residuals in one stage
 _ROUNDS = 4  # of weighing noise and fitting, if the noise has not settled before
@@ -277,7 +272,7 @@ def _inside(vector: ParameterVector, x: Array) -> Array:
 
 
 def refined(estimator: Estimator, x: Array) -> Estimator:
-    """Return the estimator with its inputs and its glitches made from the states observed.
+    """Return the estimator with its inputs made from the states observed.
 
     The states are those of the strongest correction, which are what was seen whatever the
     parameters: with a weak one near a resonance a wrong input makes the turn of T that makes it.
@@ -288,46 +283,6 @@ def refined(estimator: Estimator, x: Array) -> Estimator:
     """
     system = estimator.system
     whole = replace(estimator.with_noise(_far(system)), window=np.inf)
-    gates = _gates(whole, x)
-    jobs = [whole.job(k, x, coarse=True, gate=gate) for k, gate in enumerate(gates)]
+    jobs = [whole.job(k, x, coarse=True) for k in range(len(system.names))]
     found = observe(jobs, whole.threads, keep=True)
-    masks = tuple(
-        _glitches(one.error, job.seen, job.gates) for one, job in zip(found, jobs, strict=True)
-    )
-    return replace(estimator, system=system.refined([one.qpos for one in found]), masks=masks)
-
-
-def _gates(whole: Estimator, x: Array) -> list[Array]:
-    """Return beyond which a sample of each run is taken for a glitch, (c,) [unit of the channel].
-
-    A glitch kicks a strongly corrected state, and a kicked hop may be lost to its end, so that no
-    size of its errors says what is wild. Such a run is observed again without what is far beyond
-    its noise; the smaller errors count.
-
-    Args:
-        whole: the estimator of strong correction.
-        x: (p,) the minimiser's numbers [1].
-    """
-    system, runs = whole.system, range(len(whole.system.names))
-    found = observe((whole.job(k, x, coarse=True) for k in runs), whole.threads)
-    spread = [robust_sigma(one.error, axis=0) for one in found]
-    wild = [_WILD * system.sigma(k) for k in runs]
-    lost = [k for k in runs if (_GLITCH * spread[k] > wild[k]).any()]
-    again = [whole.job(k, x, coarse=True, gate=wild[k]) for k in lost]
-    for k, one in zip(lost, observe(again, whole.threads) if again else [], strict=True):
-        spread[k] = np.fmin(spread[k], robust_sigma(one.error, axis=0))
-    return [_GLITCH * one for one in spread]
-
-
-def _glitches(error: Array, seen: Array, gate: Array) -> NDArray[np.bool_]:
-    """Return the samples, (n, c), that a gate left out and that did not last.
-
-    Args:
-        error: (n, c) innovations, NaN where not seen or left out.
-        seen: (n, c) what was measured, NaN where not seen.
-        gate: (c,) beyond which a sample is left out, as long as a glitch may last.
-    """
-    left_out = np.isnan(error) & np.isfinite(seen)
-    wild = left_out | (np.nan_to_num(np.abs(error)) > gate)
-    lasting = scipy.ndimage.binary_opening(wild, np.ones((LONGEST + 1, 1)))
-    return np.asarray(left_out & ~lasting)
+    return replace(estimator, system=system.refined([one.qpos for one in found]))

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from workbench.fit.estimator import Estimator
 
-__all__ = ["FACTOR", "likeliest"]
+__all__ = ["NOISE_FACTOR", "likeliest"]
 
-FACTOR = 10**0.5
+NOISE_FACTOR = 10**0.5
 """From one strength that is tried to the next."""
 
 _GAIN = 1.0  # of log L that another strength must bring: less is chance
@@ -39,7 +39,7 @@ def likeliest(
         if not estimator.depends_on(group):
             continue
         start = best
-        for ways, factor in ((down, 1 / FACTOR), (up, FACTOR)):
+        for ways, factor in ((down, 1 / NOISE_FACTOR), (up, NOISE_FACTOR)):
             moved, current = False, start
             for _ in range(ways):
                 current = _changed(current, group, factor)

@@ -39,7 +39,7 @@ def errors_in(
     masks = [np.zeros(system.seen(k).shape, dtype=np.bool_) for k in range(len(system.names))]
     for mask, count in zip(masks, _foreseen(plain, threads), strict=True):
         mask[count:] = True
-    free = Estimator.of(system, vector, system.strong, masks, threads).uncorrected()
+    free = Estimator.of(system, vector, system.strong, threads, masks).uncorrected()
     if own.any():
         x = minimised(free, x, own).x
     unit, scale, chosen = unit_of_errors(system)

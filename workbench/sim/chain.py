@@ -21,9 +21,12 @@ from numpy.typing import NDArray
 from workbench.sim.beam_laws import LAWS_MAGIC, LAWS_PARAMETERS
 from workbench.sim.ground import GROUND_MAGIC, GROUND_PARAMETERS
 
-__all__ = ["ActuatorColumn", "LinkColumn", "PlanarChain", "read_chain"]
+__all__ = ["AHEAD", "ActuatorColumn", "LinkColumn", "PlanarChain", "read_chain"]
 
 Array = NDArray[np.float64]
+
+AHEAD = "centrifugal_ahead"
+"""Numeric field of a model: `PlanarChain.ahead` in steps. Files of others have none."""
 
 _JOINT, _DYN, _BIT = mujoco.mjtJoint, mujoco.mjtDyn, mujoco.mjtDisableBit
 _FREE, _SLIDE, _HINGE = map(int, (_JOINT.mjJNT_FREE, _JOINT.mjJNT_SLIDE, _JOINT.mjJNT_HINGE))
@@ -115,9 +118,10 @@ def read_chain(model: mujoco.MjModel) -> PlanarChain | None:
     top = bodies[int(laws[4])]
     forward, _, up = model.opt.gravity
     step = model.opt.timestep
-    return PlanarChain(
-        links, actuators, ground, laws, bodies, top, (forward, up), step, step / 2, root
-    )
+    field = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, AHEAD)
+    ahead = step * model.numeric(field).data[0] if field >= 0 else 0.0
+    gravity = forward, up
+    return PlanarChain(links, actuators, ground, laws, bodies, top, gravity, step, ahead, root)
 
 
 def _root(model: mujoco.MjModel) -> int | None:

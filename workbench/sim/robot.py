@@ -18,6 +18,7 @@ import numpy as np
 from workbench.errors import InputError, did_you_mean, require_named
 from workbench.schemas import UNITS, ShapeFile
 from workbench.sim.beam import Hinge, hinges
+from workbench.sim.chain import AHEAD
 from workbench.sim.drive import Drive, add_drive
 from workbench.sim.ground import Stick, add_ground
 from workbench.sim.passive_forces import install_force_laws
@@ -156,6 +157,7 @@ def build_spec(robot: Robot, foot: Foot, drive: Drive = "speed") -> mujoco.MjSpe
     add_drive(spec, drive)
     for edit in robot.edits:
         edit(spec, robot)
+    spec.add_numeric(name=AHEAD, data=[0.5])  # behind the force laws' fields, which come first
     return spec
 
 

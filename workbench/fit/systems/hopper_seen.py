@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.fit.glitches import glitches
 from workbench.fit.measured import MeasuredRun
 from workbench.fit.noise import Coloured
 from workbench.fit.soundness import rate_words
@@ -19,6 +21,7 @@ __all__ = ["SeenRun", "is_clamped", "seen_run"]
 
 Array = NDArray[np.float64]
 
+_KEPT = 64  # runs, some 20 kB each
 _LEAD_S = 0.1  # driven runs are observed from this long before the first motion
 _AFTER = {"decay": 6.5, "drop": 1.5}
 """Samples between a release and the first that is observed. The instant of a fall is known to half
@@ -32,7 +35,7 @@ class SeenRun:
     Args:
         channels: names of the c channels.
         first: sample of the run's motion that is the first observed.
-        seen: (n, c) from there on, NaN where not seen [unit of the channel].
+        seen: (n, c) from there on, NaN where not seen or a glitch [unit of the channel].
         sigma: (c,) standard deviation of the noise [unit of the channel].
         memory: (c,) correlation of the noise with that of the sample before [1].
         rest: (c,) median before time zero [unit of the channel].
@@ -51,8 +54,7 @@ def seen_run(run: MeasuredRun, coloured: Mapping[str, Coloured]) -> SeenRun:
     if wrong := rate_words(run.name, run.motion.times, 1 / SAMPLE_RATE_HZ):
         raise InputError("; ".join(wrong))
     channels = [*run.places, *([PITCH] if not is_clamped(run) and PITCH in run.motion else [])]
-    part = run.motion.select(channels)
-    values = np.where(part.valid & np.isfinite(part.values), part.values, np.nan)
+    values = _sound(run, tuple(channels))
     after = -_LEAD_S if run.driven else _AFTER[run.mode] / SAMPLE_RATE_HZ
     first = int(np.searchsorted(run.motion.times, after))
     still = values[run.motion.times < 0]
@@ -69,6 +71,14 @@ def seen_run(run: MeasuredRun, coloured: Mapping[str, Coloured]) -> SeenRun:
     return SeenRun(
         tuple(channels), first, values[first:], sigma, memory, np.nanmedian(still, axis=0)
     )
+
+
+@lru_cache(_KEPT)
+def _sound(run: MeasuredRun, channels: tuple[str, ...]) -> Array:
+    """Return what was seen of some channels, (n, c), without glitches; nobody may change it."""
+    part = run.motion.select(channels)
+    values = np.where(part.valid & np.isfinite(part.values), part.values, np.nan)
+    return np.where(glitches(values, run.noise(channels)), np.nan, values)
 
 
 def is_clamped(run: MeasuredRun) -> bool:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from types import MappingProxyType
 
 import mujoco
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError, did_you_mean
 from workbench.fit.gain import Modes
+from workbench.fit.glitches import glitches
 from workbench.fit.observation import Observation
 from workbench.fit.observer import Start
 from workbench.fit.parameters import Acts, Parameter, Scope
@@ -58,6 +60,7 @@ HINGES, SLIDES = "hinges", "slides"
 """Groups of joints; process noise in N m sqrt(s) and N sqrt(s)."""
 
 _MODES = 6
+_KEPT = 64  # runs
 _FOLLOWED = 10.0  # [rad/s^2] or [m/s^2]
 _AFTER = 1.5  # samples between a time zero that is fitted and the first that is observed
 _SURE = 3.0  # deviations of a time zero after which samples are observed
@@ -131,6 +134,7 @@ class MjcfSystem:
         self._of_run = tuple(self._run_parameters(k) for k in range(len(self.runs)))
         self._first = tuple(self._first_sample(k) for k in range(len(self.runs)))
         self._sigma = channel_noise(self.channels, self.runs)
+        self._seen = [_sound(run, tuple(self._sigma)) for run in self.runs]
 
     @property
     def names(self) -> list[str]:
@@ -174,8 +178,8 @@ class MjcfSystem:
         return one.times[0] + self.sample_s * np.arange(self._first[run], len(one.times))
 
     def seen(self, run: int) -> Array:
-        """Return the measured channels of a run, (n, c) [SI], NaN where not seen."""
-        return self.runs[run].values[self._first[run] :]
+        """Return the measured channels of a run, (n, c) [SI], NaN where not seen or a glitch."""
+        return self._seen[run][self._first[run] :]
 
     def channels_of(self, run: int) -> tuple[str, ...]:
         """Return the names of the observed channels."""
@@ -393,3 +397,9 @@ class MjcfSystem:
                     f"{run.name}: values and inputs have shapes {shapes[0]} and {shapes[1]}; their "
                     f"stamps, channels and inputs ask for {wide[0]} and {wide[1]}"
                 )
+
+
+@lru_cache(_KEPT)
+def _sound(run: MjcfRun, sigma: tuple[float, ...]) -> Array:
+    """Return what was seen in a run, (n, c) [SI], without glitches; nobody may change it."""
+    return np.where(glitches(run.values, np.array(sigma)), np.nan, run.values)
