@@ -22,7 +22,7 @@ def test_a_cause_for_which_the_base_bends_the_floor_is_found_from_the_stated_one
     hopping = LandingFits(fits, still, still.base())
     base = hopping.whole((), {})
     (mass,) = [p for p in rig.base if p.name == "foot_mass"]
-    assert mass.number(base.values["foot_mass"]) < -3  # deviations, of a mass that is right
+    assert mass.number(base.values["foot_mass"]) < -2  # deviations, of a mass that is right
     promises = hopping.promises(base)
     print([(one.name, round(one.gain)) for one in promises[:4]])
     assert promises[0].name == "foot_cg"

@@ -269,7 +269,8 @@ class LandingFits(Fits):
     def _near(self, at: Hypothesis) -> Linear:
         """Return what is known around a hypothesis, around the stated floor in hops; of `Fits`.
 
-        The hops' rows are of strong correction; of a candidate they are those that promise most.
+        The hops' rows are of strong correction; those of a candidate that hops alone show are
+        secants, that way which promises more.
         """
         estimator, x, steps = self._every(at)
         names, system = [p.name for p in estimator.vector.parameters], estimator.system
@@ -281,14 +282,14 @@ class LandingFits(Fits):
         residuals = estimator.residuals(x)
         slopes = estimator.jacobian(x, steps=steps, runs=self._runs(False))
         residuals[rows] = strong.residuals(x)[rows]
-        slopes[rows] = strong.jacobian(x, runs=hops)[rows]
-        near = Linear.around(estimator, x, residuals, slopes)
         columns = {
             name: [names.index(p.name) for p in one.quantities.values()]
             for name, one in self.candidates.items()
-            if one.quantities and name not in at.names
+            if one.quantities and name not in at.names and not self._parts([name])[0]
         }
         asked, tried = np.array([k for own in columns.values() for k in own]), list[Array]()
+        slopes[rows] = strong.jacobian(x, np.setdiff1d(range(len(x)), asked), runs=hops)[rows]
+        near = Linear.around(estimator, x, residuals, slopes)
         for reach in _REACHES:
             secants = strong.jacobian(x, asked, np.full(len(x), reach), runs=hops)
             tried.append(near.jacobian.copy())
