@@ -87,6 +87,15 @@ def test_what_the_seconds_leave_to_chance_is_no_suspect() -> None:
         assert decide(whole, [one], SAMPLES, RULES).kind == kind
 
 
+def test_a_sure_gain_that_runs_held_out_leave_open_is_no_clean_model() -> None:
+    whole, gain = scored(scatter=0.0), 1.5 * RULES.practical(SAMPLES)
+    for held, kind in ((3.0, "NAMED"), (-3.0, "SET"), (-5.0, "CLEAN")):  # in each of two runs
+        found = decide(whole, [scored("a", gain=gain, held=held)], SAMPLES, RULES)
+        assert found.kind == kind
+    left_open = decide(whole, [scored("a", gain=gain, held=-3.0)], SAMPLES, RULES)
+    assert left_open.reason == "a may be there, but the runs held out do not confirm it"
+
+
 def test_what_is_left_beside_a_cause_is_told() -> None:
     part = decide(BASE, [scored("a", gain=800, lack=5)], SAMPLES, RULES)
     assert part.kind == "PARTIAL"

@@ -381,13 +381,13 @@ def _without(
         and found.gain > rules.maybe(one.numbers)
         and found.gain > rules.size * _samples(one, one.names, samples)
         and found.sure > rules.apart
-        and found.held > 0
+        and found.held > -rules.suspected
     ]
     left = base.missing
     if suspects and left <= 1:
         alike = tuple(one for one, _ in suspects)
         names = ", ".join(one.names[0] for one in alike)
-        reason = f"{names} may be there, but the runs do not agree on it"
+        reason = f"{names} may be there, but the runs held out do not confirm it"
         return Part("SET", alike[0], alike, left, 0.0, reason, compared)
     if left > 1:
         reason = f"{_missing_words(left)}, and no known cause explains it"
