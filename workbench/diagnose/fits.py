@@ -317,8 +317,8 @@ class Fits:
 
     def again(self, one: Hypothesis, near: Hypothesis) -> Hypothesis:
         """Return a hypothesis or, if that is likelier, it fitted from where one with more ended."""
-        known = [list(near.values).index(name) for name in one.values]
-        slopes = near.jacobian[:, known]
+        known, rows = [list(near.values).index(n) for n in one.values], near.estimator.edges[-2]
+        slopes = np.vstack([near.jacobian[:rows, known], one.jacobian[one.estimator.edges[-2] :]])
         return min(one, self._from(one.names, near, ROUGH, slopes), key=by_cost)
 
     def moved(self, one: Hypothesis) -> Hypothesis:
