@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from types import MappingProxyType
 
 import mujoco
@@ -20,7 +19,6 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError, did_you_mean
 from workbench.fit.gain import Modes
-from workbench.fit.glitches import glitches
 from workbench.fit.observation import Observation
 from workbench.fit.observer import Start
 from workbench.fit.parameters import Acts, Parameter, Scope
@@ -50,6 +48,7 @@ from workbench.fit.systems.mjcf_runs import (
     channel_noise,
     common_sample,
     held_control,
+    sound_values,
 )
 
 __all__ = ["HINGES", "SLIDES", "MjcfSystem"]
@@ -60,7 +59,6 @@ HINGES, SLIDES = "hinges", "slides"
 """Groups of joints; process noise in N m sqrt(s) and N sqrt(s)."""
 
 _MODES = 6
-_KEPT = 64  # runs
 _FOLLOWED = 10.0  # [rad/s^2] or [m/s^2]
 _AFTER = 1.5  # samples between a time zero that is fitted and the first that is observed
 _SURE = 3.0  # deviations of a time zero after which samples are observed
@@ -134,7 +132,7 @@ class MjcfSystem:
         self._of_run = tuple(self._run_parameters(k) for k in range(len(self.runs)))
         self._first = tuple(self._first_sample(k) for k in range(len(self.runs)))
         self._sigma = channel_noise(self.channels, self.runs)
-        self._seen = [_sound(run, tuple(self._sigma)) for run in self.runs]
+        self._seen = [sound_values(run, tuple(self._sigma)) for run in self.runs]
 
     @property
     def names(self) -> list[str]:
@@ -397,9 +395,3 @@ class MjcfSystem:
                     f"{run.name}: values and inputs have shapes {shapes[0]} and {shapes[1]}; their "
                     f"stamps, channels and inputs ask for {wide[0]} and {wide[1]}"
                 )
-
-
-@lru_cache(_KEPT)
-def _sound(run: MjcfRun, sigma: tuple[float, ...]) -> Array:
-    """Return what was seen in a run, (n, c) [SI], without glitches; nobody may change it."""
-    return np.where(glitches(run.values, np.array(sigma)), np.nan, run.values)

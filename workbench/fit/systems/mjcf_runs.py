@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -16,6 +17,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.fit.glitches import glitches
 from workbench.noise import white_noise
 
 __all__ = [
@@ -26,11 +28,13 @@ __all__ = [
     "channel_noise",
     "common_sample",
     "held_control",
+    "sound_values",
 ]
 
 Array = NDArray[np.float64]
 Hold = Literal["zero", "first"]
 
+_KEPT = 64  # runs
 _UNEVEN = 0.1  # of a sample that a stamp may be off
 _LEAST = 12  # samples of a run
 _RATE_TOLERANCE = 1e-3
@@ -242,3 +246,14 @@ def channel_noise(channels: Sequence[Channel], runs: Sequence[MjcfRun]) -> Array
             )
         found.append(sigma)
     return np.array(found)
+
+
+@lru_cache(_KEPT)
+def sound_values(run: MjcfRun, sigma: tuple[float, ...]) -> Array:
+    """Return what was seen in a run, (n, c) [SI], without glitches; nobody may change it.
+
+    Args:
+        run: with its values.
+        sigma: of each channel's noise [SI].
+    """
+    return np.where(glitches(run.values, np.array(sigma)), np.nan, run.values)
