@@ -3,8 +3,7 @@
 Strong correction and the first seconds bring a far start near; whole runs follow, and the process
 noise is weighed by the likelihood until it stays. Between stages the drive's angles are made anew
 from states observed with strong correction: within a stage nothing changes, so that the cost is
-smooth (`minimise`). Residuals are always those of full steps; only
-derivatives are of coarse ones.
+smooth (`minimise`). Residuals are always those of full steps; only derivatives are of coarse ones.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ before it. Dry friction is found with M alone (`chain_friction`) and is one of t
 Of this rule v is the speed half a step before q, so that forces by q alone are of second order.
 Centrifugal forces and those at T are taken at v + h a / 2, a of the step before; the engine takes
 them at v, which is of first order: at large amplitudes that gives back energy which the beam lost,
-and T is 1.3 mm off in 8 s near its resonance, thirty times as much (`benchmarks/integrators.py`).
+and T is 1.3 mm off in 8 s near its resonance, sixty times as much (`benchmarks/integrators.py`).
 """
 
 from __future__ import annotations
