@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.fit.linear import Linear, edges_of
+from workbench.fit.parameters import beyond
 
 COUNT, TRUTH = 1200, 3.0
 EDGES = edges_of(COUNT, 1 / 120)
@@ -47,3 +48,26 @@ def test_errors_count_what_noise_remembers(memory: float) -> None:
 def test_a_second_is_a_block_and_a_short_run_has_four() -> None:
     assert len(EDGES) - 1 == COUNT / 120
     assert list(edges_of(100, 1 / 120)) == [0, 25, 50, 75, 100]
+
+
+def test_what_runs_do_not_tell_from_a_stated_number_stays_small() -> None:
+    near = linear()
+    alike = near.jacobian[:, [0, 0, 1]]
+    two = Linear(("base", "same", "cause"), np.zeros(3, dtype=np.bool_), np.zeros(3),
+                 near.residuals, alike, EDGES)  # fmt: skip
+    found = two.solved({"base": True, "same": False, "cause": False})
+    alone = near.solved({"base": True, "cause": False})
+    assert found.x[0] + found.x[1] == pytest.approx(alone.x[0], abs=0.01)
+    # the cheapest way to 0.5 is not to leave a number that costs nothing where it likes to be
+    weight = 2 / (1 + found.x[1] ** 2)
+    assert found.x[0] == pytest.approx(weight * found.x[1], rel=0.05)
+    assert found.x[2] == pytest.approx(alone.x[1], abs=0.01)
+
+
+def test_a_fall_is_what_is_solved_less_what_the_released_pay() -> None:
+    near, moving = linear(), {"base": True, "cause": False}
+    found = near.solved(moving)
+    quadratic = near.residuals + near.jacobian @ found.x
+    fitted = np.sum(near.weights * (near.residuals**2 - quadratic**2))
+    fall = fitted - found.x[0] ** 2 - beyond(found.x[1:])[0]
+    assert near.fall(moving) == pytest.approx(fall)

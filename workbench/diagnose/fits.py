@@ -211,7 +211,7 @@ class Fits:
         if one.names not in self._deviations:
             estimator, slopes = one.estimator, one.jacobian
             near = Linear.around(estimator, one.x, estimator.residuals(one.x), slopes)
-            moving = {p.name: not p.flat for p in estimator.vector.parameters}
+            moving = {p.name: not p.released for p in estimator.vector.parameters}
             solved = near.solved(moving)
             spread = np.hypot(solved.deviation, solved.x - one.x)
             vector = estimator.vector
@@ -269,7 +269,7 @@ class Fits:
         cheap = replace(estimator, defect=exact - coarse.residuals(x))
         low, high = estimator.vector.bounds
         goal = np.array([promise.numbers[p.name] for p in estimator.vector.parameters])
-        slopes = promise.near.columns(estimator.vector)
+        slopes = promise.near.columns(estimator.vector, goal)
         best: Minimum | None = None
         for start in (goal, x):
             found = minimum(
@@ -333,15 +333,15 @@ class Fits:
         return self._hypothesis(names, estimator, found.x, found.jacobian)
 
     def _released(self, names: Sequence[str]) -> list[Parameter]:
-        """Return the parameters of a hypothesis; those that are released have no prior."""
+        """Return the parameters of a hypothesis, its candidates and what they free released."""
         freed = {free for name in names for free in self.candidates[name].frees}
-        base = [replace(p, flat=True) if p.name in freed else p for p in self.rig.base]
+        base = [replace(p, released=True) if p.name in freed else p for p in self.rig.base]
         more = [p for name in names for p in self.candidates[name].quantities.values()]
-        return [*base, *(replace(p, flat=True) for p in more)]
+        return [*base, *(replace(p, released=True) for p in more)]
 
     def _moving(self, names: Sequence[str]) -> dict[str, bool]:
-        """Return the shared parameters that may move -> whether they have a prior."""
-        return {p.name: not p.flat for p in self._released(names)}
+        """Return the shared parameters that may move -> whether their prior is normal."""
+        return {p.name: not p.released for p in self._released(names)}
 
     def _estimator(
         self, near: Hypothesis, parameters: Sequence[Parameter]
@@ -358,7 +358,7 @@ class Fits:
     ) -> Hypothesis:
         found = estimator.innovations(x, keep=True)
         blocks = tuple(blocks_of(one, estimator.system.sample_s) for one in found)
-        prior = float(np.sum(x[estimator.vector.weighted] ** 2))
+        prior = float(np.sum(estimator.vector.priors(x) ** 2))
         return Hypothesis(names, estimator, x, blocks, prior, jacobian)
 
     def drive(self, at: Hypothesis) -> tuple[DriveFits, DriveFits] | None:

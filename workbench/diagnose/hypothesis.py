@@ -24,7 +24,7 @@ class Hypothesis:
         estimator: of the fitted runs, with its process noise.
         x: (p,) numbers of its parameters [prior deviations].
         blocks: (b,) of each fitted run, -2 ln L of each second [1].
-        prior: sum of squares of the numbers that have a prior.
+        prior: -2 ln of the priors of its numbers.
         jacobian: (m, p) of the residuals at the end of the fit, or near it [1].
     """
 

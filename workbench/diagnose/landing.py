@@ -149,7 +149,7 @@ class LandingFits(Fits):
         free = self._free(vector)
         x = np.where(free, np.clip(np.array(goal), *vector.bounds), x)
         estimator = Estimator.of(system, vector, system.strong, self.threads)
-        found = minimised(estimator, x, free, _STEPS, ROUGH, promise.near.columns(vector))
+        found = minimised(estimator, x, free, _STEPS, ROUGH, promise.near.columns(vector, x))
         estimator = estimator.with_noise({g: _SMOOTH * q for g, q in system.strong.items()})
         found = minimised(estimator, found.x, free, _STEPS, ROUGH, found.jacobian, known=False)
         return self._hops._hypothesis(names, estimator, found.x, found.jacobian)

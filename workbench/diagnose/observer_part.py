@@ -15,7 +15,7 @@ from workbench.diagnose.fits import Fits
 from workbench.diagnose.hypothesis import Hypothesis, by_cost
 from workbench.diagnose.screening import Promise
 from workbench.diagnose.wording import together
-from workbench.fit import LIMITS, Scope, beyond
+from workbench.fit import LIMITS
 from workbench.progress import Stage
 
 __all__ = ["ObserverPart", "Shortlist", "observer_part", "shortlisted"]
@@ -123,7 +123,7 @@ def observer_part(fits: Fits, listed: Shortlist) -> ObserverPart:
             progress(f"fit {together(names)}")
             if (pair := fits.refit(names, base, one)) is None:
                 continue
-            better = _cost(pair) < _cost(before[first.names])  # at the base's process noise
+            better = pair.cost < before[first.names].cost  # at the base's process noise
             pairs.append(fits.weighed(pair) if better else pair)
     base, tried = _from_best(fits, base, [*singles, *pairs])
     progress(Stage("judge by the runs held out", 0.9))
@@ -146,13 +146,13 @@ def observer_part(fits: Fits, listed: Shortlist) -> ObserverPart:
 def _from_best(
     fits: Fits, base: Hypothesis, tried: Sequence[Hypothesis]
 ) -> tuple[Hypothesis, list[Hypothesis]]:
-    """Return the base and what was tried; with hops, all within the best fitted from there as well.
+    """Return the base and what was tried; all within the best fitted from there as well.
 
     Else a gain may be a minimum that was found by chance, and no cause: of 511 that two causes
     gained in a null, the base alone gained 209 from where they ended.
     """
     best = min(tried, key=by_cost, default=base)
-    if not fits.landing or base.cost - best.cost < fits.rules.least_gain:
+    if base.cost - best.cost < fits.rules.least_gain:
         return base, list(tried)
     fits.progress(f"fit the others from where {together(best.names)} ended")
     within = [one for one in tried if set(one.names) < set(best.names)]
@@ -291,16 +291,6 @@ def _weighed(
     return sorted(found, key=by_cost)
 
 
-def _prior(one: Hypothesis) -> float:
-    """Return -2 ln of the prior, with that of what is released."""
-    released = [p.flat and p.scope is not Scope.RUN for p in one.estimator.vector.parameters]
-    return one.prior + beyond(one.x[released])
-
-
-def _cost(one: Hypothesis) -> float:
-    return one.cost - one.prior + _prior(one)
-
-
 def _scored(fits: Fits, one: Hypothesis) -> Scored:
     return replace(_at(fits, one, one), again=lambda: _at(fits, one, fits.limited(one)))
 
@@ -310,7 +300,7 @@ def _at(fits: Fits, one: Hypothesis, at: Hypothesis) -> Scored:
     names, candidates = at.estimator.system.names, fits.candidates
     by_run = {name: float(run.sum()) for name, run in zip(names, at.blocks, strict=True)}
     return Scored(
-        one.names, _prior(at), np.concatenate(at.blocks), fits.judged(at),
+        one.names, at.prior, np.concatenate(at.blocks), fits.judged(at),
         partial(fits.missing, one), by_run,
         frozenset(name for name in one.names if candidates.frees(name)),
         candidates.numbers(one.names), candidates.shared(one.names),

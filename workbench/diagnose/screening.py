@@ -20,7 +20,7 @@ __all__ = ["Promise", "beside", "pairs_without", "promising", "screened"]
 
 Array = NDArray[np.float64]
 Moving = Callable[[Sequence[str]], Mapping[str, bool]]
-"""Names of released candidates -> shared parameters that may move -> whether they have a prior."""
+"""Names of released candidates -> shared parameters that may move -> is its prior normal?"""
 
 
 @dataclass(frozen=True, eq=False)

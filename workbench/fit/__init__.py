@@ -24,7 +24,7 @@ from workbench.fit.fitting import Fit, fit_near, fit_system, minimised, refined,
 from workbench.fit.gain import Modes
 from workbench.fit.identifiability import Combination, separable, undetermined
 from workbench.fit.intervals import Covariance, Interval, covariance, intervals
-from workbench.fit.linear import Linear, Solved, beyond, edges_of, eliminated
+from workbench.fit.linear import Linear, Solved, edges_of, eliminated
 from workbench.fit.measured import MeasuredRun, measured_run, measured_runs, paced, same_robot
 from workbench.fit.minimise import CLOSE, ROUGH, Minimum, minimum, soft, weights
 from workbench.fit.noise import coloured_noise

@@ -200,7 +200,7 @@ class Estimator:
                 return coarse + self.defect if len(self.defect) else coarse
             found = self.innovations(x, keep=True)
         except InputError:
-            return np.concatenate([np.full(self.edges[-2], REFUSED), x[self.vector.weighted]])
+            return np.concatenate([np.full(self.edges[-2], REFUSED), self.vector.priors(x)])
         return self.residuals_of(found, x)
 
     def residuals_of(self, found: Sequence[Innovations], x: Array) -> Array:
@@ -210,7 +210,7 @@ class Estimator:
             found: innovations of each run.
             x: (p,) the minimiser's numbers that they were observed at [1].
         """
-        return np.concatenate([*(counted(one).ravel() for one in found), x[self.vector.weighted]])
+        return np.concatenate([*(counted(one).ravel() for one in found), self.vector.priors(x)])
 
     def jacobian(
         self,
@@ -257,11 +257,11 @@ class Estimator:
         else:
             base = dict(zip(runs, found[len(moves) :], strict=True))
             changes = [one - base[k] for (k, _), one in zip(moves, found, strict=False)]
-        edges, weighted = self.edges, np.flatnonzero(self.vector.weighted)
+        edges = self.edges
         jacobian = np.zeros((edges[-1], len(x)))
         for (k, i), change in zip(moves, changes, strict=True):
             jacobian[edges[k] : edges[k + 1], i] = change / (ahead[i] - behind[i])
-        jacobian[edges[-2] + np.arange(len(weighted)), weighted] = 1.0
+        jacobian[edges[-2] :] = self.vector.prior_slopes(x)
         return jacobian
 
     @property

@@ -3,7 +3,9 @@
 With residuals r and their Jacobian J around numbers x of unit prior deviation, and robust weights
 W, the least cost where some numbers move is that of a linear regression,
 
-    (J' W J + P) dx = -(J' W r + P x),   P the priors: 1, next to 0 for what is released.
+    (J' W J + P) dx = -(J' W r + P x),   P the priors: 1, of a released number 2 / (1 + x^2).
+
+That is Cauchy's prior, with x where the number ends: found in a few rounds.
 """
 
 from __future__ import annotations
@@ -18,15 +20,15 @@ from numpy.typing import NDArray
 
 from workbench.fit.estimator import ROBUST, Estimator
 from workbench.fit.minimise import soft, weights
-from workbench.fit.parameters import ParameterVector
+from workbench.fit.parameters import ParameterVector, beyond
 
-__all__ = ["Linear", "Solved", "beyond", "edges_of", "eliminated"]
+__all__ = ["Linear", "Solved", "edges_of", "eliminated"]
 
 Array = NDArray[np.float64]
 
 _BLOCK_S = 1.0
 _FEWEST = 4  # blocks of a run
-_FREED = 1e-4  # of the curvature of a prior, for what is released
+_PRIOR_ROUNDS = 4  # a number that the data know to half of itself ends within a tenth of it
 
 
 def eliminated(curvature: Array, others: NDArray[np.bool_]) -> Array:
@@ -38,17 +40,6 @@ def eliminated(curvature: Array, others: NDArray[np.bool_]) -> Array:
     """
     own, mixed = curvature[np.ix_(others, others)], curvature[np.ix_(others, ~others)]
     return curvature[np.ix_(~others, ~others)] - mixed.T @ np.linalg.pinv(own) @ mixed
-
-
-def beyond(x: Array) -> float:
-    """Return -2 ln of the prior of released numbers, Cauchy's: what is far off is believed less.
-
-    A mass that was weighed is rarely off by many tolerances, but where the runs insist it may be.
-
-    Args:
-        x: (p,) numbers [prior deviations].
-    """
-    return float(2 * np.sum(np.log1p(x**2)))
 
 
 def edges_of(count: int, sample_s: float) -> NDArray[np.int64]:
@@ -66,7 +57,7 @@ class Solved:
         deviation: (p,) their standard errors, scatter from block to block counted [prior
             deviations]; zero where held.
         blocks: (b,) cost of each block [1].
-        cost: of all, priors included.
+        cost: of all, normal priors included. What is released is to be seen before it pays.
     """
 
     x: Array
@@ -129,13 +120,16 @@ class Linear:
             edges=np.array(edges),
         )  # fmt: skip
 
-    def columns(self, vector: ParameterVector) -> Array:
-        """Return the derivatives by some parameters, with the rows of their priors, (m, p) [1]."""
+    def columns(self, vector: ParameterVector, x: Array) -> Array:
+        """Return the derivatives by some parameters, with the rows of their priors, (m, p) [1].
+
+        Args:
+            vector: of the parameters.
+            x: (p,) the minimiser's numbers that the priors' rows are taken at [1].
+        """
         at = {name: k for k, name in enumerate(self.names)}
-        weighted = np.flatnonzero(vector.weighted)
-        priors = np.zeros((len(weighted), len(vector)))
-        priors[np.arange(len(weighted)), weighted] = 1.0
-        return np.vstack([self.jacobian[:, [at[p.name] for p in vector.parameters]], priors])
+        own = self.jacobian[:, [at[p.name] for p in vector.parameters]]
+        return np.vstack([own, vector.prior_slopes(x)])
 
     @cached_property
     def weights(self) -> Array:
@@ -155,19 +149,21 @@ class Linear:
     def fall(self, moving: Mapping[str, bool]) -> float:
         """Return by how much the cost falls where some numbers move; cheap, without blocks.
 
-        Numbers that are released pay for being far off their nominal value, see `beyond`.
-
         Args:
-            moving: name -> whether it has a prior.
+            moving: name -> whether its prior is normal; Cauchy's if not.
         """
-        chosen, prior, inverse, gradient = self._solution(moving)
+        chosen, normal, _, inverse, gradient = self._solution(moving)
         before, steps = self.x[chosen], -inverse @ gradient
-        released = prior != 1.0
-        dropped = float(np.sum(before[released] ** 2)) - beyond((before + steps)[released])
-        return float(-gradient @ steps) + dropped
+        curvature, slope = self.curvature[np.ix_(chosen, chosen)], self.slope[chosen]
+        fitted = float(-2 * slope @ steps - steps @ curvature @ steps)
+        after = before + steps
+        priors = np.sum(before**2) - np.sum(after[normal] ** 2) - np.sum(beyond(after[~normal]))
+        return fitted + float(priors)
 
-    def _solution(self, moving: Mapping[str, bool]) -> tuple[NDArray[np.intp], Array, Array, Array]:
-        """Return what moves, its priors, the inverse of the curvature, and the gradient."""
+    def _solution(
+        self, moving: Mapping[str, bool]
+    ) -> tuple[NDArray[np.intp], NDArray[np.bool_], Array, Array, Array]:
+        """Return what moves, which are normal, priors, inverse of the curvature, and gradient."""
         chosen = np.array(
             [
                 i
@@ -176,15 +172,21 @@ class Linear:
             ],
             dtype=np.intp,  # where nothing moves, too: no run held out is driven
         )
-        prior = np.array([1.0 if moving.get(self.names[i], True) else _FREED for i in chosen])
-        curvature = self.curvature[np.ix_(chosen, chosen)] + np.diag(prior)
-        gradient = self.slope[chosen] + prior * self.x[chosen]
-        inverse = np.asarray(np.linalg.pinv(curvature, hermitian=True), dtype=np.float64)
-        return chosen, prior, inverse, gradient
+        normal = np.array([moving.get(self.names[i], True) for i in chosen], dtype=np.bool_)
+        before, curvature = self.x[chosen], self.curvature[np.ix_(chosen, chosen)]
+        moved = before
+        for rounds in range(_PRIOR_ROUNDS):
+            prior = np.where(normal, 1.0, 2 / (1 + moved**2))
+            gradient = self.slope[chosen] + prior * before
+            if normal.all() or rounds == _PRIOR_ROUNDS - 1:
+                break
+            moved = before - np.linalg.solve(curvature + np.diag(prior), gradient)
+        inverse = np.linalg.pinv(curvature + np.diag(prior), hermitian=True)
+        return chosen, normal, prior, np.asarray(inverse, dtype=np.float64), gradient
 
     def solved(self, moving: Mapping[str, bool]) -> Solved:
-        """Return the least cost where numbers by name move -> whether they have a prior."""
-        chosen, prior, inverse, gradient = self._solution(moving)
+        """Return the least cost where numbers by name move -> whether their prior is normal."""
+        chosen, normal, prior, inverse, gradient = self._solution(moving)
         slopes = self.jacobian[:, chosen]
         moved = self.x.copy()
         moved[chosen] -= inverse @ gradient
@@ -196,6 +198,5 @@ class Linear:
         spread = inverse @ (scores.T @ scores + np.diag(prior)) @ inverse
         deviation = np.zeros(len(self.x))
         deviation[chosen] = np.sqrt(np.maximum(np.diag(spread), np.diag(inverse)))
-        kept = prior == 1.0
-        cost = float(blocks.sum() + np.sum(moved[chosen][kept] ** 2))
+        cost = float(blocks.sum() + np.sum(moved[chosen][normal] ** 2))
         return Solved(moved, deviation, blocks, cost)

@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LIMITS", "Acts", "Parameter", "ParameterVector", "Scope"]
+__all__ = ["LIMITS", "Acts", "Parameter", "ParameterVector", "Scope", "beyond"]
 
 Array = NDArray[np.float64]
 
@@ -52,6 +53,8 @@ class Parameter:
         run: number of the run that it belongs to; -1 for all runs.
         positive: whether it moves in logarithms.
         flat: whether its prior is left out of the likelihood.
+        released: whether its prior is Cauchy's, not normal: what is far beyond its tolerance is
+            believed less, but where the runs insist it may be.
     """
 
     name: str
@@ -65,6 +68,7 @@ class Parameter:
     run: int = -1
     positive: bool = False
     flat: bool = False
+    released: bool = False
 
     @property
     def share(self) -> float:
@@ -89,6 +93,20 @@ LIMITS = 3**0.5
 (JCGM 100:2008, 4.3.7)."""
 
 
+_NEAR = 1e-6  # prior deviations
+
+
+def beyond(x: Array) -> Array:
+    """Return -2 ln of Cauchy's prior of released numbers, (k,) [1].
+
+    A mass that was weighed is rarely off by many tolerances, but where the runs insist it may be.
+
+    Args:
+        x: (k,) numbers [prior deviations].
+    """
+    return 2 * np.log1p(x**2)
+
+
 @dataclass(frozen=True)
 class ParameterVector:
     """The parameters of one fit, in the order of the minimiser's numbers."""
@@ -109,6 +127,34 @@ class ParameterVector:
     def weighted(self) -> NDArray[np.bool_]:
         """Return which have a prior in the likelihood, (p,)."""
         return np.array([not p.flat for p in self.parameters], dtype=np.bool_)
+
+    @cached_property
+    def _released(self) -> NDArray[np.bool_]:
+        """Return which of those that have a prior have Cauchy's, (k,)."""
+        return np.array([p.released for p in self.parameters if not p.flat], dtype=np.bool_)
+
+    def priors(self, x: Array) -> Array:
+        """Return the residuals of the k priors, (k,) [1]: their squares are -2 ln of the priors.
+
+        Args:
+            x: (p,) the minimiser's numbers [1].
+        """
+        own = x[self.weighted]
+        return np.where(self._released, np.sign(own) * np.sqrt(beyond(own)), own)
+
+    def prior_slopes(self, x: Array) -> Array:
+        """Return the derivatives of `priors`, (k, p) [1].
+
+        Args:
+            x: (p,) the minimiser's numbers [1].
+        """
+        weighted = np.flatnonzero(self.weighted)
+        own, slopes = x[weighted], np.zeros((len(weighted), len(x)))
+        near = np.abs(own) < _NEAR  # where the root's slope is that of its first term
+        root = np.sqrt(beyond(np.where(near, 1.0, own)))
+        released = np.where(near, np.sqrt(2), 2 * np.abs(own) / (1 + own**2) / root)
+        slopes[np.arange(len(weighted)), weighted] = np.where(self._released, released, 1.0)
+        return slopes
 
     def values(self, x: Array) -> dict[Parameter, float]:
         """Return the value of each parameter [its unit].

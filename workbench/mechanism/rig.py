@@ -151,14 +151,14 @@ class MechanismRig:
 
         Args:
             runs: their numbers.
-            parameters: that are fitted, known by their names; deviation, scope and whether the
-                prior is left out are those given. Others are nominal.
+            parameters: that are fitted, known by their names; deviation, scope and kind of
+                prior are those given. Others are nominal.
             like: is not needed, as inputs are measured.
         """
         return self._of(
             runs,
             [
-                Free(edit.key, edit.owner, one.deviation, one.scope, one.flat)
+                Free(edit.key, edit.owner, one.deviation, one.scope, one.flat, one.released)
                 for one in parameters
                 for edit in [self._edits[one.name]]
             ],

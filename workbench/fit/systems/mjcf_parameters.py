@@ -48,6 +48,7 @@ class Free:
         deviation: of its prior [SI].
         scope: whether it belongs to the model or to a candidate that extends it.
         flat: whether its prior is left out of the likelihood.
+        released: whether its prior is Cauchy's, not normal.
     """
 
     field: str
@@ -55,6 +56,7 @@ class Free:
     deviation: float
     scope: Scope = Scope.MODEL
     flat: bool = False
+    released: bool = False
 
     @property
     def edit(self) -> Edit:
@@ -187,5 +189,5 @@ def parameter(
         unit = unit.replace(symbol, words)
     name = f"{free.owner} {free.field}".strip()
     found = Parameter(name, unit, nominal, free.deviation, low, high, free.scope, field.acts,
-                      positive=positive, flat=free.flat)  # fmt: skip
+                      positive=positive, flat=free.flat, released=free.released)  # fmt: skip
     return found, edit
