@@ -285,7 +285,7 @@ def _weighed(
     gain = max(base.cost - one.cost for one in found)
     if hidden:
         found = [fits.likelier(fits.weighed(one)) for one in found]
-    elif gain > fits.rules.least_gain:
+    elif gain > fits.rules.suspected:
         least = gain - max((1 - fits.rules.near) * gain, fits.rules.least_gain)
         found = [fits.weighed(one) if base.cost - one.cost > least else one for one in found]
     return sorted(found, key=by_cost)
