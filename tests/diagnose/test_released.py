@@ -1,4 +1,4 @@
-"""What is released has a prior: numbers that the runs do not tell apart stay where they are likely."""
+"""A cause's own numbers have a prior: what runs do not tell apart stays where it is likely."""
 
 from __future__ import annotations
 
