@@ -24,6 +24,7 @@ from workbench.fit import (
     Fit,
     Free,
     Hopper,
+    Job,
     JointStart,
     MjcfRun,
     MjcfSystem,
@@ -137,6 +138,31 @@ def test_data_are_robust_and_priors_are_squares() -> None:
     assert priors.sum() == vector.weighted.sum() > 0
     assert not priors[: estimator.edges[-2]].any()
     assert set(estimator.robust[~priors]) == {ROBUST}
+
+
+class Limited(Estimator):
+    """Cannot simulate what has its first number beyond 0.02."""
+
+    def job(self, run: int, x: NDArray[np.float64], coarse: bool = False) -> Job:
+        if x[0] > 0.02:
+            raise InputError("not in steps of this length")
+        return super().job(run, x, coarse)
+
+
+def test_a_difference_is_as_long_as_can_be_simulated() -> None:
+    system = undriven()
+    vector = ParameterVector(system.parameters)
+    free, limited = (of(system, vector, system.strong, 1) for of in (Estimator.of, Limited.of))
+    x = np.zeros(len(vector))
+    short, steps = np.full(len(x), 0.01), np.full(len(x), 0.1)
+    np.testing.assert_allclose(
+        limited.jacobian(x, steps=steps)[:, 0], free.jacobian(x, steps=short)[:, 0], atol=1e-9
+    )
+    np.testing.assert_allclose(
+        limited.jacobian(x, steps=steps)[:, 1:], free.jacobian(x, steps=steps)[:, 1:], atol=1e-9
+    )
+    with pytest.raises(InputError, match="not in steps of this length"):
+        limited.jacobian(np.full(len(x), 0.03))
 
 
 def test_secants_go_as_far_as_asked_and_only_in_the_runs_asked() -> None:

@@ -47,6 +47,7 @@ _FARTHEST = 0.5
 or later make the slope of a hop a chance. Of sticking friction in four hops it was 132 residuals'
 deviations over 0.02, 64 over 0.7, and only steps by the wider ones lowered the cost."""
 
+_SHARES = (1.0, 0.1, 0.01)  # of a difference: as much of it as can be simulated
 _REMEMBERED = 2  # a minimiser ends at its last numbers, or at those before
 REFUSED = 1e3
 """Residual of a run that cannot be simulated."""
@@ -242,12 +243,21 @@ class Estimator:
             inside = (low <= x + steps) & (x + steps <= high)
             ahead, behind = np.where(inside, x + steps, below), x
 
+        lengths = list[float]()
+
         def jobs() -> Iterator[Job]:
             for k, i in moves:
-                for end in (ahead, behind) if central else (ahead,):
-                    moved = x.copy()
-                    moved[i] = end[i]
-                    yield self.job(k, moved, coarse=True)
+                ends = [end[i] for end in ((ahead, behind) if central else (ahead,))]
+                for share in _SHARES:
+                    try:
+                        found = [self._aside(k, x, i, share * (end - x[i])) for end in ends]
+                    except InputError:
+                        if share == _SHARES[-1]:
+                            raise
+                        continue
+                    lengths.append(share * (ahead[i] - behind[i]))
+                    yield from found
+                    break
             if not central:
                 yield from (self.job(k, x, coarse=True) for k in runs)
 
@@ -259,10 +269,16 @@ class Estimator:
             changes = [one - base[k] for (k, _), one in zip(moves, found, strict=False)]
         edges = self.edges
         jacobian = np.zeros((edges[-1], len(x)))
-        for (k, i), change in zip(moves, changes, strict=True):
-            jacobian[edges[k] : edges[k + 1], i] = change / (ahead[i] - behind[i])
+        for (k, i), change, length in zip(moves, changes, lengths, strict=True):
+            jacobian[edges[k] : edges[k + 1], i] = change / length
         jacobian[edges[-2] :] = self.vector.prior_slopes(x)
         return jacobian
+
+    def _aside(self, run: int, x: Array, number: int, by: float) -> Job:
+        """Return the coarse job of a run where one number is moved."""
+        moved = x.copy()
+        moved[number] += by
+        return self.job(run, moved, coarse=True)
 
     @property
     def edges(self) -> tuple[int, ...]:
