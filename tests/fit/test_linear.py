@@ -71,3 +71,15 @@ def test_a_fall_is_what_is_solved_less_what_the_released_pay() -> None:
     fitted = np.sum(near.weights * (near.residuals**2 - quadratic**2))
     fall = fitted - found.x[0] ** 2 - beyond(found.x[1:])[0]
     assert near.fall(moving) == pytest.approx(fall)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e4, 1e8])
+@pytest.mark.parametrize("speed", [10.0, 13.37, 17.0])
+def test_numbers_that_do_exactly_the_same_are_solved_for(size: float, speed: float) -> None:
+    near = linear()
+    column = size * near.jacobian[:, 1:]
+    alike = np.hstack([near.jacobian[:, :1], column, speed * column])
+    three = Linear(("base", "cause", "same"), np.zeros(3, dtype=np.bool_), np.zeros(3),
+                   near.residuals, alike, EDGES)  # fmt: skip
+    found = three.solved({"base": True, "cause": False, "same": False})
+    assert size * (found.x[1] + speed * found.x[2]) == pytest.approx(TRUTH, abs=0.2)

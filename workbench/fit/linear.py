@@ -179,7 +179,7 @@ class Linear:
         prior, last = np.where(normal, 1.0, _FREED), before
         for _ in range(0 if normal.all() else _PRIOR_ROUNDS):
             gradient = self.slope[chosen] + prior * before
-            moved = before - np.linalg.solve(curvature + np.diag(prior), gradient)
+            moved = before - _solved(curvature + np.diag(prior), gradient)
             prior = np.where(normal, 1.0, 2 / (1 + moved**2))
             if np.abs(moved - last).max() < _SETTLED:
                 break
@@ -204,3 +204,11 @@ class Linear:
         deviation[chosen] = np.sqrt(np.maximum(np.diag(spread), np.diag(inverse)))
         cost = float(blocks.sum() + np.sum(moved[chosen][normal] ** 2))
         return Solved(moved, deviation, blocks, cost)
+
+
+def _solved(curvature: Array, gradient: Array) -> Array:
+    """Return a whole step, (p,); the shortest where rounding leaves a direction no curvature."""
+    try:
+        return np.asarray(np.linalg.solve(curvature, gradient), dtype=np.float64)
+    except np.linalg.LinAlgError:  # two numbers do exactly the same, and a prior is lost beside it
+        return np.asarray(np.linalg.pinv(curvature, hermitian=True) @ gradient, dtype=np.float64)
