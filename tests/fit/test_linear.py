@@ -58,7 +58,7 @@ def test_what_runs_do_not_tell_from_a_stated_number_stays_small() -> None:
     found = two.solved({"base": True, "same": False, "cause": False})
     alone = near.solved({"base": True, "cause": False})
     assert found.x[0] + found.x[1] == pytest.approx(alone.x[0], abs=0.01)
-    # the cheapest way to 0.5 is not to leave a number that costs nothing where it likes to be
+    # along what the runs do not distinguish, the slopes of both priors balance
     weight = 2 / (1 + found.x[1] ** 2)
     assert found.x[0] == pytest.approx(weight * found.x[1], rel=0.05)
     assert found.x[2] == pytest.approx(alone.x[1], abs=0.01)
