@@ -20,6 +20,7 @@ differences.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
 
@@ -248,16 +249,9 @@ class Estimator:
         def jobs() -> Iterator[Job]:
             for k, i in moves:
                 ends = [end[i] for end in ((ahead, behind) if central else (ahead,))]
-                for share in _SHARES:
-                    try:
-                        found = [self._aside(k, x, i, share * (end - x[i])) for end in ends]
-                    except InputError:
-                        if share == _SHARES[-1]:
-                            raise
-                        continue
-                    lengths.append(share * (ahead[i] - behind[i]))
-                    yield from found
-                    break
+                share, moved = self._towards(k, x, i, ends)
+                lengths.append(share * (ahead[i] - behind[i]))
+                yield from moved
             if not central:
                 yield from (self.job(k, x, coarse=True) for k in runs)
 
@@ -274,11 +268,23 @@ class Estimator:
         jacobian[edges[-2] :] = self.vector.prior_slopes(x)
         return jacobian
 
-    def _aside(self, run: int, x: Array, number: int, by: float) -> Job:
-        """Return the coarse job of a run where one number is moved."""
-        moved = x.copy()
-        moved[number] += by
-        return self.job(run, moved, coarse=True)
+    def _towards(
+        self, run: int, x: Array, number: int, ends: Sequence[float]
+    ) -> tuple[float, list[Job]]:
+        """Return coarse jobs with a number moved to each end, and how much of the way it went."""
+
+        def jobs(share: float) -> list[Job]:
+            found = []
+            for end in ends:
+                moved = x.copy()
+                moved[number] += share * (end - x[number])
+                found.append(self.job(run, moved, coarse=True))
+            return found
+
+        for share in _SHARES[:-1]:
+            with suppress(InputError):
+                return share, jobs(share)
+        return _SHARES[-1], jobs(_SHARES[-1])
 
     @property
     def edges(self) -> tuple[int, ...]:
