@@ -17,6 +17,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +31,7 @@ from workbench.sim import EFFECTS
 __all__ = ["answer", "flip"]
 
 _MAIN = [sys.executable, "-c", "from workbench.cli import main; main()"]
-_SCREENED = ("fit ", "judge")  # the first stages after the screening
-_BEFORE = "see what each candidate promises"
+_SCREENING = "see what each candidate promises"
 _WORDS = 300  # of an error that are kept
 _FEW = 5
 
@@ -41,7 +41,7 @@ def answer(folder: Path) -> dict[str, Any]:
 
     Returns:
         `answer` as `workbench diagnose --json` prints it, `plain` those of the plain engines, what
-        is `behind` it, `screening` [s] from the base fit until all candidates have a promise,
+        is `behind` it, `screening` [s] that it took to see what each candidate promises,
         `processor` [s] and `peak` [MB].
 
     Raises:
@@ -54,13 +54,10 @@ def answer(folder: Path) -> dict[str, Any]:
         raise RuntimeError(f"workbench ingest: {done.stderr.strip()[-_WORDS:]}")
     told = json.loads(done.stdout)
     rig, _ = robot_of([Bundle.open(Path(one)) for one in told["bundles"]], lambda text: None)
-    begin, times = time.perf_counter(), dict[str, float]()
+    begin, times = time.perf_counter(), list[tuple[str, float]]()
 
     def heard(stage: str) -> None:
-        if _BEFORE in times and stage.startswith(_SCREENED):
-            times.setdefault("screened", time.perf_counter() - times[_BEFORE])
-        if stage == _BEFORE:
-            times[stage] = time.perf_counter()
+        times.append((str(stage), time.perf_counter()))
 
     try:
         found = diagnose(rig, folder / "answer", "answer", heard)
@@ -68,7 +65,7 @@ def answer(folder: Path) -> dict[str, Any]:
         return _spent({"answer": refused(fault), "plain": {}})
     said = found.as_json()
     told = {"answer": said, "plain": plain_answers(found), "behind": behind(found)}
-    screening = times.get("screened", float("nan"))
+    screening = sum(b - a for (stage, a), (_, b) in pairwise(times) if stage == _SCREENING)
     return _spent(told | {"screening": screening, "seconds": time.perf_counter() - begin})
 
 
@@ -79,7 +76,7 @@ def behind(found: Diagnosis) -> dict[str, Any]:
         `promises`: the best few with their gain; for robot and drive what is `missing` and the best
         hypotheses with their gain, fitted and held out, and how sure they are.
     """
-    promises = [[one.name, round(one.gain, 2)] for one in found.promises[:_FEW]]
+    promises = [[one.name, round(one.gain, 2)] for one in found.observed.promises[:_FEW]]
     parts = {
         name: {
             "missing": part.missing,

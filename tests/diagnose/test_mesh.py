@@ -57,8 +57,10 @@ def test_a_mesh_that_a_base_took_for_a_cause_is_given_back(tmp_path: Path) -> No
     assert (found.kind, [one.name for one in found.causes]) == ("NAMED", ["hinge_coulomb_friction"])
     (asked_at,) = [k for k, text in enumerate(stages) if "by the other mesh" in text]
     assert asked_at < next(k for k, text in enumerate(stages) if "promises beside" in text)
-    assert found.fits.missing(found.base) > 1  # so that play would be tried, did nothing else do
-    assert ("root_play",) not in {one.names for one in found.tried}
+    observer = found.observed.parts["observer"]
+    missing = observer.fits.missing(observer.base)
+    assert missing > 1  # so that play would be tried, did nothing else do
+    assert ("root_play",) not in {one.names for one in observer.tried}
     assert found.extended is not None
     assert load_model(str(found.extended.source), Path()).content.increments == 16
     torque = found.causes[0].quantities["torque"]

@@ -58,15 +58,3 @@ def test_secants_promise_nothing_of_a_cause_that_is_not_there() -> None:
     secants = gains(-2.0, 2.0)
     assert list(secants) == ["slip", "drag"]
     assert secants["drag"] < 10
-
-
-def test_what_some_runs_promise_alone_is_seen_without_the_others() -> None:
-    near = Linear(
-        ("base",), np.zeros(1, dtype=np.bool_), np.zeros(1), np.arange(24.0), np.ones((24, 1)),
-        np.array([0, 4, 8, 12, 18, 24]),
-    )  # fmt: skip
-    estimator: Any = SimpleNamespace(edges=(0, 8, 12, 24, 25))
-    alone = near.of_runs(estimator, [0, 2])
-    assert alone.residuals.tolist() == [*range(8), *range(12, 24)]
-    assert alone.edges.tolist() == [0, 4, 8, 14, 20]
-    assert len(alone.jacobian) == 20

@@ -165,21 +165,20 @@ def test_a_difference_is_as_long_as_can_be_simulated() -> None:
         limited.jacobian(np.full(len(x), 0.03))
 
 
-def test_secants_go_as_far_as_asked_and_only_in_the_runs_asked() -> None:
+def test_secants_go_as_far_as_asked() -> None:
     system = undriven()
     vector = ParameterVector(system.parameters)
     estimator = Estimator.of(system, vector, system.strong, threads=1)
-    x, (first, second, end) = np.zeros(len(vector)), estimator.edges[:3]
+    x, rows = np.zeros(len(vector)), estimator.edges[-2]
     one = [p.name for p in vector.parameters].index("pivot damping")
     for reach in (-0.5, 2.0):
         moved = x.copy()
         moved[one] = reach
         coarse = replace(estimator, defect=np.zeros(0))
         change = (coarse.residuals(moved) - coarse.residuals(x)) / reach
-        found = estimator.jacobian(x, [one], np.full(len(x), reach), runs=[1])
-        assert not found[first:second].any()
-        np.testing.assert_allclose(found[second:end, one], change[second:end], atol=1e-9)
-        assert np.abs(found[second:end, one]).max() > 0.01
+        found = estimator.jacobian(x, [one], np.full(len(x), reach))
+        np.testing.assert_allclose(found[:rows, one], change[:rows], atol=1e-9)
+        assert np.abs(found[:rows, one]).max() > 0.01
 
 
 def test_two_numbers_that_act_together_are_said_to() -> None:

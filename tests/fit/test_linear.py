@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from workbench.fit.linear import Linear, edges_of
-from workbench.fit.parameters import beyond
+from workbench.fit.parameters import Known, beyond
 
 COUNT, TRUTH = 1200, 3.0
 EDGES = edges_of(COUNT, 1 / 120)
@@ -83,3 +85,30 @@ def test_numbers_that_do_exactly_the_same_are_solved_for(size: float, speed: flo
                    near.residuals, alike, EDGES)  # fmt: skip
     found = three.solved({"base": True, "cause": False, "same": False})
     assert size * (found.x[1] + speed * found.x[2]) == pytest.approx(TRUTH, abs=0.2)
+
+
+def test_runs_that_follow_others_say_what_all_together_do() -> None:
+    """What the first half says of the numbers is the prior beside the second."""
+    whole = linear()
+    half, moving = COUNT // 2, {"base": True, "cause": True}
+    edges = EDGES[: np.searchsorted(EDGES, half) + 1]
+    assert edges[-1] == half
+    first = replace(whole, residuals=whole.residuals[:half], jacobian=whole.jacobian[:half],
+                    edges=edges)  # fmt: skip
+    found = first.solved(moving)
+    root = np.asarray(np.linalg.cholesky(first.curvature + np.eye(2)).T, dtype=np.float64)
+    known = Known(first.names, found.x, root)
+    second = replace(whole, residuals=whole.residuals[half:], jacobian=whole.jacobian[half:],
+                     edges=EDGES[len(edges) - 1 :] - half, known=known)  # fmt: skip
+    after, every = second.solved(moving), whole.solved(moving)
+    assert after.x == pytest.approx(every.x, rel=0.02)  # robust weights are those at zero
+    alone = replace(second, known=None).solved(moving)
+    assert np.abs(alone.x - every.x).max() > 10 * np.abs(after.x - every.x).max()
+    pulled = after.x - known.at
+    cost = after.blocks.sum() + pulled @ known.precision @ pulled
+    assert after.cost == pytest.approx(cost)
+    fall = second.fall(moving)
+    left = second.residuals + second.jacobian @ after.x
+    fitted = np.sum(second.weights * (second.residuals**2 - left**2))
+    before = known.at @ known.precision @ known.at
+    assert fall == pytest.approx(fitted + before - pulled @ known.precision @ pulled)

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from tests.diagnose.hidden import DOCUMENT, SHAPE, Asked, runs_of, truth
-from workbench.diagnose import Diagnosis, HopperRig
+from workbench.diagnose import Diagnosis, HopperRig, ObserverPart
 from workbench.diagnose.findings import Cause, EstimatedQuantity
 from workbench.diagnose.fits import Fits
 from workbench.diagnose.hypothesis import Hypothesis
+from workbench.diagnose.observed import Observed
 from workbench.diagnose.rules import RULES
 from workbench.fit import Estimator, ParameterVector
 from workbench.investigate import ProposedRun, investigate, propose
@@ -144,10 +145,11 @@ def clean(rig: HopperRig) -> Diagnosis:
     x = np.zeros(len(vector))
     estimator = Estimator.of(system, vector, NOISE, threads=1)
     base = Hypothesis((), estimator, x, (np.zeros(4),), 0.0, estimator.jacobian(x))
-    part = SimpleNamespace(kind="CLEAN")
+    part: Any = SimpleNamespace(kind="CLEAN")
+    observer = ObserverPart(part, (), base, base, (), tuple(fits.promises(base)), (), fits)
     return cast(Diagnosis, SimpleNamespace(
-        rig=rig, kind="CLEAN", parts={"observer": part}, base=base, rules=RULES, fits=fits,
-        promises=fits.promises(base), tried=(), causes=(),
+        rig=rig, kind="CLEAN", rules=RULES, parts={"observer": part}, causes=(),
+        observed=Observed({"observer": observer}, fits),
     ))  # fmt: skip
 
 

@@ -81,7 +81,9 @@ def test_two_causes_within_their_tolerance_are_named_before_a_weighed_mass_far_o
     assert set(sizes) == {"servo_coulomb_friction", "servo_armature"}
     assert sizes["servo_coulomb_friction"] == pytest.approx(TRUE[0], abs=0.04)
     assert sizes["servo_armature"] == pytest.approx(TRUE[1], abs=0.004)
-    assert ("arm_mass",) in {one.names for one in found.tried}  # the best of the single ones
+    assert ("arm_mass",) in {
+        one.names for one in found.observed.parts["observer"].tried
+    }  # the best of the single ones
 
 
 def test_a_model_whose_simulation_is_far_off_is_never_clean(tmp_path: Path) -> None:

@@ -14,20 +14,20 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from workbench.data_quality import soundness
 from workbench.diagnose.confidence import Confidence, confidence_in
 from workbench.diagnose.decide import Kind, Part, both, versus
-from workbench.diagnose.drive_part import drive_part
-from workbench.diagnose.findings import Alternative, Cause, Refit
+from workbench.diagnose.drive_part import DrivePart, drive_part
+from workbench.diagnose.findings import Alternative, Cause
 from workbench.diagnose.fits import Fits
-from workbench.diagnose.hypothesis import Hypothesis
-from workbench.diagnose.mesh import observed
+from workbench.diagnose.hypothesis import noise_of
+from workbench.diagnose.observed import Observed, observed
 from workbench.diagnose.rig import HopperRig, Rig
 from workbench.diagnose.rules import Rules
-from workbench.diagnose.screening import Promise
 from workbench.diagnose.validate import Errors, removed
 from workbench.diagnose.wording import digits, together
 from workbench.errors import InputError
@@ -46,12 +46,8 @@ class Diagnosis:
         causes: named, or all of a set.
         reason: in a sentence.
         alternatives: what was not taken.
-        base: the base as fitted.
-        best: the hypothesis of the observer that holds; the base where none does.
-        tried: all that were fitted.
-        promises: of each candidate, seen from the base.
-        parts: what the observer says, and the drive, by name.
-        refit: what the fit changed of the model's own numbers.
+        observed: what the observer says, with all hypotheses.
+        drive: what the rotor's angle says of the drive; None where nothing is driven.
         held_out: names of the runs that judged.
         errors: of the refitted base on those.
         extended_errors: of the model that was written; those of the base where it is that.
@@ -59,7 +55,6 @@ class Diagnosis:
         faults: (run, evidence) of runs that were left out.
         rules: that decided.
         seconds: that it took.
-        fits: that can fit more.
     """
 
     rig: Rig
@@ -67,12 +62,8 @@ class Diagnosis:
     causes: tuple[Cause, ...]
     reason: str
     alternatives: tuple[Alternative, ...]
-    base: Hypothesis
-    best: Hypothesis
-    tried: tuple[Hypothesis, ...]
-    promises: tuple[Promise, ...]
-    parts: Mapping[str, Part]
-    refit: tuple[Refit, ...]
+    observed: Observed
+    drive: DrivePart | None
     held_out: tuple[str, ...]
     errors: Errors | None
     extended_errors: Errors | None
@@ -80,7 +71,6 @@ class Diagnosis:
     faults: tuple[tuple[str, str], ...]
     rules: Rules
     seconds: float
-    fits: Fits
 
     def __repr__(self) -> str:
         """Return the answer and its causes, a line each."""
@@ -89,6 +79,7 @@ class Diagnosis:
     def as_json(self) -> dict[str, Any]:
         """Return what the command line prints."""
         base, after, sure = self.errors, self.extended_errors, self.confidence
+        observers = self.observed.parts.values()
         return {
             "answer": self.kind,
             "reason": self.reason,
@@ -107,10 +98,10 @@ class Diagnosis:
             "explained": {name: part.explained for name, part in self.parts.items()},
             "missing": {name: part.missing for name, part in self.parts.items()},
             "process_noise": {
-                "base": dict(self.base.estimator.noise),
-                "best": dict(self._compared.estimator.noise),
+                "base": noise_of(one.base for one in observers),
+                "best": noise_of(one.compared for one in observers),
             },
-            "refit": {one.name: one.as_json() for one in self.refit},
+            "refit": {one.name: one.as_json() for one in self.observed.refit},
             "rmse_mm": {
                 "noise_floor": None if base is None else base.noise_floor,
                 "base": None if base is None else base.rmse,
@@ -130,11 +121,10 @@ class Diagnosis:
             "seconds": self.seconds,
         }
 
-    @property
-    def _compared(self) -> Hypothesis:
-        """Return the best as it was compared, before it was fitted to its end."""
-        tried = (one for one in self.tried if one.names == self.best.names)
-        return next(tried, self.base)
+    @cached_property
+    def parts(self) -> dict[str, Part]:
+        """Return what observer and drive say, each by itself, by name."""
+        return _parts(self.observed, self.drive)
 
     @property
     def confidence(self) -> Confidence | None:
@@ -197,14 +187,11 @@ def diagnose(
         raise InputError(f"{taken}: exists; a model is never changed, give another --out")
     progress(Stage("look for faults in the runs", 0.0))
     sound = soundness(rig)
-    fits = Fits(rig, rules, progress, threads, {fault.run for fault in sound.faults})
-    observer = observed(fits, progress)
-    fits = observer.fits
-    rig, base = fits.rig, observer.base
-    drive = drive_part(fits, observer.best)
-    parts = {"observer": observer.part}
-    if drive is not None:
-        parts["drive"] = drive.part
+    observer = observed(Fits(rig, rules, progress, threads, {one.run for one in sound.faults}))
+    fits, base, best = observer.fits, observer.base, observer.best
+    rig = fits.rig
+    drive = drive_part(fits, best)
+    parts = _parts(observer, drive)
     kind, reason = _together(parts)
     causes = [*observer.causes, *(() if drive is None else drive.causes)]
     groups = {fits.candidates[one.name].group for one in observer.causes}
@@ -218,7 +205,7 @@ def diagnose(
         for one in causes
         if one.name in _taken(parts) and one.quantities and not fits.candidates.frees(one.name)
     }
-    values = {p.name: observer.best.values[p.name] for p in rig.base}
+    values = {p.name: best.values[p.name] for p in rig.base}
     out.mkdir(parents=True, exist_ok=True)
     extended = rig.extend(out / f"{name}-model", values, effects, name)
     # as the rotor was seen to turn, unless it is the drive that an extension changes
@@ -232,13 +219,18 @@ def diagnose(
         reason = f"simulated freely, the runs held out are {times} times their noise off"
         reason += ", and no known cause explains it"
     return Diagnosis(
-        rig, kind, tuple(causes), reason, _alternatives(fits, parts), base, observer.best,
-        observer.tried, observer.promises, parts, observer.refit,
+        rig, kind, tuple(causes), reason, _alternatives(fits, parts), observer, drive,
         tuple(rig.names[k] for k in fits.held),
         errors,
         extended.errors(fits.held, None, angles[1], threads),
-        extended, sound.evidence, rules, time.perf_counter() - begin, fits,
+        extended, sound.evidence, rules, time.perf_counter() - begin,
     )  # fmt: skip
+
+
+def _parts(observer: Observed, drive: DrivePart | None) -> dict[str, Part]:
+    """Return the parts of an answer by their names."""
+    parts = {name: one.part for name, one in observer.parts.items()}
+    return parts if drive is None else parts | {"drive": drive.part}
 
 
 def _taken(parts: Mapping[str, Part]) -> set[str]:

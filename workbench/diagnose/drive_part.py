@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -9,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.decide import Part, Scored, decide
-from workbench.diagnose.drive import DRIVE, DriveFits
+from workbench.diagnose.drive import DRIVE, DriveFits, drive_fits
 from workbench.diagnose.findings import Cause, quantity_of
 from workbench.diagnose.fits import Fits
 from workbench.diagnose.hypothesis import Hypothesis
-from workbench.fit import Solved
+from workbench.fit import Hopper, Innovations, Solved, arm_of
 from workbench.sim import EFFECTS
 
 __all__ = ["DrivePart", "drive_part"]
@@ -28,18 +29,20 @@ class DrivePart:
     Args:
         part: of the answer.
         causes: that it lists.
+        fitted: the regression of the fitted runs.
         angles: (n,) of each run held out, the rotor's angle against T [rad] without a cause and
             with those that hold; None where nothing is driven.
     """
 
     part: Part
     causes: tuple[Cause, ...]
+    fitted: DriveFits
     angles: tuple[list[Array | None], list[Array | None]]
 
 
 def drive_part(fits: Fits, best: Hypothesis) -> DrivePart | None:
     """Return what the rotor's angle says of the drive; None where nothing is driven."""
-    regressions = fits.drive(best)
+    regressions = _regressions(fits, best)
     if regressions is None:
         return None
     fits.progress("judge the drive by the rotor's angle")
@@ -73,7 +76,27 @@ def drive_part(fits: Fits, best: Hypothesis) -> DrivePart | None:
             }
             causes.setdefault(name, Cause(name, quantities, effect.sentence.format_map(quantities)))
     angles = tuple(_angles(fits, fitted, held, solved[one]) for one in ((), part.best.names))
-    return DrivePart(part, tuple(causes.values()), (angles[0], angles[1]))
+    return DrivePart(part, tuple(causes.values()), fitted, (angles[0], angles[1]))
+
+
+def _regressions(fits: Fits, at: Hypothesis) -> tuple[DriveFits, DriveFits] | None:
+    """Return the regressions of the drive in the runs fitted and held out; None without one."""
+    system = at.estimator.system
+    if not isinstance(system, Hopper) or not any(run.driven for run in system.runs):
+        return None
+    turned = _turns(system, at.estimator.innovations(at.x, keep=True))
+    arm = arm_of(system, turned)
+    found = [drive_fits(system, turned, arm)]
+    held = fits.unseen(at) if fits.held else None
+    if held is not None and isinstance(held.system, Hopper):
+        x = held.vector.named(at.values)
+        turns = _turns(held.system, held.innovations(x, keep=True))
+        found.append(drive_fits(held.system, turns, arm))
+    return found[0], found[-1]
+
+
+def _turns(system: Hopper, found: Sequence[Innovations]) -> list[Array]:
+    return [system.turn_of_top(k, one.qpos) for k, one in enumerate(found)]
 
 
 def _angles(fits: Fits, fitted: DriveFits, held: DriveFits, found: Solved) -> list[Array | None]:

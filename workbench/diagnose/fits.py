@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.candidates import Candidates
-from workbench.diagnose.drive import DriveFits, drive_fits
 from workbench.diagnose.held_out import unseen
-from workbench.diagnose.hypothesis import Hypothesis, blocks_of, by_cost
+from workbench.diagnose.hypothesis import Hypothesis, blocks_of, by_cost, noise_of
 from workbench.diagnose.rig import Rig
 from workbench.diagnose.rules import Rules
 from workbench.diagnose.screening import Promise, pairs_without, screened
@@ -27,7 +26,7 @@ from workbench.fit import (
     ROUGH,
     Estimator,
     Hopper,
-    Innovations,
+    Known,
     Linear,
     Minimum,
     Parameter,
@@ -68,6 +67,9 @@ class Fits:
         left_out: numbers of runs that are not looked at.
     """
 
+    _known: Known | None = None
+    """What other runs say of some numbers."""
+
     def __init__(
         self,
         rig: Rig,
@@ -87,12 +89,21 @@ class Fits:
         self._limited: dict[Hypothesis, Hypothesis] = {}
         self._weighed: dict[Hypothesis, Hypothesis] = {}
         self._judged: dict[Hypothesis, tuple[Array, ...]] = {}
-        self._deviations: dict[tuple[str, ...], dict[str, float]] = {}
 
-    @property
-    def landing(self) -> list[int]:
-        """Return the numbers of the fitted runs in which a foot lands."""
-        return [run for k, run in enumerate(self.train) if self._nominal.lands(k)]
+    @cached_property
+    def landing(self) -> frozenset[int]:
+        """Return the numbers of the runs in which a foot lands."""
+        runs = [*self.train, *self.held]
+        system = self.rig.system(runs, ())
+        return frozenset(run for k, run in enumerate(runs) if system.lands(k))
+
+    @cached_property
+    def felt(self) -> frozenset[str]:
+        """Return the names of the shared numbers, candidates' too, that a fitted run can show."""
+        every = [p for one in self.candidates.values() for p in one.quantities.values()]
+        system = self.rig.system(self.train, [*self.rig.base, *every], self._nominal)
+        shared, runs = system.parameters[: len(self.rig.base) + len(every)], range(len(self.train))
+        return frozenset(p.name for p in shared if any(system.feels(k, p) for k in runs))
 
     def of(self, rig: Rig, without: Collection[int] = ()) -> Fits:
         """Return the same of another rig with these runs, without some by their numbers."""
@@ -137,7 +148,7 @@ class Fits:
             late: names of parameters that stay there while correction is strong.
         """
         system = self.rig.system(self.train, self._released(names), self._nominal)
-        vector = ParameterVector(system.parameters)
+        vector = self._vector(system)
         fit = fit_system(
             system, vector, start=vector.named(start), late=late, progress=self.progress,
             threads=self.threads, central=False,
@@ -201,25 +212,6 @@ class Fits:
         found = minimised(estimator, one.x, most=_STEPS, jacobian=slopes)
         other = self._hypothesis(one.names, estimator, found.x, found.jacobian)
         return min(replace(one, jacobian=slopes), other, key=by_cost)
-
-    def deviations(self, one: Hypothesis) -> dict[str, float]:
-        """Return the standard error of each parameter of a hypothesis that is fitted to its end.
-
-        It counts the scatter from second to second, and what a fit that ended at a kink of the cost
-        would still move.
-        """
-        if one.names not in self._deviations:
-            estimator, slopes = one.estimator, one.jacobian
-            near = Linear.around(estimator, one.x, estimator.residuals(one.x), slopes)
-            moving = {p.name: not p.released for p in estimator.vector.parameters}
-            solved = near.solved(moving)
-            spread = np.hypot(solved.deviation, solved.x - one.x)
-            vector = estimator.vector
-            self._deviations[one.names] = {
-                p.name: abs(p.value(float(x + d)) - p.value(float(x - d))) / 2
-                for p, x, d in zip(vector.parameters, one.x, spread, strict=True)
-            }
-        return self._deviations[one.names]
 
     def promises(self, at: Hypothesis) -> list[Promise]:
         """Return what each candidate promises beside those of a hypothesis, greatest gain first."""
@@ -305,13 +297,13 @@ class Fits:
             self._weighed[one] = self._weighing(one)
         return self._weighed[one]
 
-    def _weighing(self, one: Hypothesis, free: NDArray[np.bool_] | None = None) -> Hypothesis:
-        """Fit those numbers, (p,), that are free with ever less process noise, as is likelier."""
+    def _weighing(self, one: Hypothesis) -> Hypothesis:
+        """Fit a hypothesis with ever less process noise, as is likelier."""
         for _ in range(_ROUNDS):
             estimator = likeliest(one.estimator, one.x, up=0)
             if estimator.noise == one.estimator.noise:
                 break
-            found = minimised(estimator, one.x, free, _STEPS, ROUGH, one.jacobian, known=False)
+            found = minimised(estimator, one.x, None, _STEPS, ROUGH, one.jacobian, known=False)
             one = self._hypothesis(one.names, estimator, found.x, found.jacobian)
         return one
 
@@ -332,6 +324,10 @@ class Fits:
         found = minimised(estimator, x, None, _STEPS, end, slopes)
         return self._hypothesis(names, estimator, found.x, found.jacobian)
 
+    def _vector(self, system: System) -> ParameterVector:
+        """Return the parameters of a system with these runs' priors."""
+        return ParameterVector(system.parameters, self._known)
+
     def _released(self, names: Sequence[str]) -> list[Parameter]:
         """Return the parameters of a hypothesis, its candidates and what they free released."""
         freed = {free for name in names for free in self.candidates[name].frees}
@@ -349,9 +345,30 @@ class Fits:
         """Return a neighbour's estimator with other parameters, and its numbers."""
         before = near.estimator
         system = self.rig.system(self.train, parameters, before.system)
-        vector = ParameterVector(system.parameters)
+        vector = self._vector(system)
         estimator = Estimator.of(system, vector, before.noise, self.threads)
         return estimator, vector.named(near.values)
+
+    def joined(self, ones: Sequence[Hypothesis]) -> Hypothesis:
+        """Return as one of all runs what hypotheses of some of the runs each say; none is fitted.
+
+        Args:
+            ones: hypotheses, each of other runs; of a number that several have the last counts.
+        """
+        assert isinstance(self._nominal, Hopper)
+        inputs, values = dict[str, Array | None](), dict[str, float]()
+        for one in ones:
+            system = one.estimator.system
+            assert isinstance(system, Hopper)
+            inputs |= zip(system.names, system.turned, strict=True)
+            values |= one.values
+        like = self._nominal.turning([inputs[name] for name in self._nominal.names])
+        names = tuple(name for one in ones for name in one.names)
+        system = self.rig.system(self.train, self._released(names), like)
+        vector = self._vector(system)
+        estimator = Estimator.of(system, vector, noise_of(ones), self.threads)
+        x = vector.named(values)
+        return self._hypothesis(names, estimator, x, np.zeros((0, len(x))))
 
     def _hypothesis(
         self, names: tuple[str, ...], estimator: Estimator, x: Array, jacobian: Array
@@ -361,32 +378,18 @@ class Fits:
         prior = float(np.sum(estimator.vector.priors(x) ** 2))
         return Hypothesis(names, estimator, x, blocks, prior, jacobian)
 
-    def drive(self, at: Hypothesis) -> tuple[DriveFits, DriveFits] | None:
-        """Return the regressions of the drive in the runs fitted and held out; None without one."""
-        system, held = at.estimator.system, self._held.get(self.far(at.names))
-        if not isinstance(system, Hopper) or not any(run.driven for run in system.runs):
-            return None
-        turned = _turns(system, at.estimator.innovations(at.x, keep=True))
-        arm = arm_of(system, turned)
-        found = [drive_fits(system, turned, arm)]
-        if held is not None and isinstance(held.system, Hopper):
-            x = held.vector.named(at.values)
-            turns = _turns(held.system, held.innovations(x, keep=True))
-            found.append(drive_fits(held.system, turns, arm))
-        return found[0], found[-1]
-
     def judged(self, one: Hypothesis) -> tuple[Array, ...]:
         """Return -2 ln p of each second, (b,) [1], of each run held out, given those fitted."""
         if one not in self._judged:
-            self._judged[one] = unseen(one, self._unseen(one)) if self.held else ()
+            self._judged[one] = unseen(one, self.unseen(one)) if self.held else ()
         return self._judged[one]
 
-    def _unseen(self, one: Hypothesis) -> Estimator:
+    def unseen(self, one: Hypothesis) -> Estimator:
         """Return the estimator of the runs held out, their inputs made by the first that asks."""
         before = self._held.get(self.far(one.names))
         like = None if before is None else before.system
         system = self.rig.system(self.held, one.estimator.vector.shared, like)
-        vector = ParameterVector(system.parameters)
+        vector = self._vector(system)
         whole = self._whole(one)
         noise = {group: max(q, whole[group]) for group, q in one.estimator.noise.items()}
         estimator = Estimator.of(system, vector, noise, self.threads)
@@ -394,7 +397,3 @@ class Fits:
             estimator = refined(estimator, vector.named(one.values))
             self._held[self.far(one.names)] = estimator
         return estimator
-
-
-def _turns(system: Hopper, found: Sequence[Innovations]) -> list[Array]:
-    return [system.turn_of_top(k, one.qpos) for k, one in enumerate(found)]

@@ -14,6 +14,8 @@ resonance a tilt that was there lost 28 to a base that made up for it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,13 +25,14 @@ from workbench.fit import (
     ROBUST,
     ROUGH,
     Estimator,
+    Known,
     ParameterVector,
     eliminated,
     minimum,
     reaches,
 )
 
-__all__ = ["root_of", "unseen"]
+__all__ = ["known_of", "root_of", "unseen"]
 
 Array = NDArray[np.float64]
 
@@ -67,14 +70,30 @@ def _posterior(one: Hypothesis, vector: ParameterVector) -> tuple[Array, Array]:
 
     The precision is R'R [1].
     """
-    fitted, jacobian = one.estimator.vector, one.jacobian
-    known = eliminated(jacobian.T @ jacobian, fitted.own)
-    names = [p.name for p in fitted.shared]
-    order, shared = [names.index(p.name) for p in vector.shared], np.ix_(~vector.own, ~vector.own)
+    own, shared = ~one.estimator.vector.own, np.ix_(~vector.own, ~vector.own)
+    names, order = [p.name for p in vector.shared], [p.name for p in one.estimator.vector.shared]
     root, steps = np.eye(len(vector)), np.full(len(vector), NEAREST)
-    root[shared] = root_of(known[np.ix_(order, order)])
-    steps[~vector.own] = reaches(jacobian)[~fitted.own][order]
+    root[shared] = known_of(one, names).root
+    steps[~vector.own] = reaches(one.jacobian)[own][[order.index(name) for name in names]]
     return root, steps
+
+
+def known_of(one: Hypothesis, names: Sequence[str]) -> Known:
+    """Return what the runs of a hypothesis say of shared numbers, with its priors.
+
+    Args:
+        one: as fitted.
+        names: of the numbers; the others go to their best.
+    """
+    vector, jacobian = one.estimator.vector, one.jacobian
+    every = {p.name: k for k, p in enumerate(vector.parameters)}
+    order = [every[name] for name in names]
+    others = np.setdiff1d(np.arange(len(vector)), order)
+    whole, order = jacobian.T @ jacobian, np.array(order, dtype=np.intp)
+    ranked = np.concatenate([order, others])
+    asked = np.repeat([False, True], [len(order), len(others)])
+    precision = eliminated(whole[np.ix_(ranked, ranked)], asked)
+    return Known(tuple(names), one.x[order], root_of(precision))
 
 
 def root_of(precision: Array) -> Array:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.fit import ROBUST, Estimator, Innovations, counted, edges_of, soft
+from workbench.fit import ROBUST, Estimator, Innovations, Linear, counted, edges_of, soft
 
-__all__ = ["Hypothesis", "blocks_of", "by_cost"]
+__all__ = ["Hypothesis", "blocks_of", "by_cost", "noise_of"]
 
 Array = NDArray[np.float64]
 
@@ -46,10 +48,39 @@ class Hypothesis:
         vector = self.estimator.vector
         return {one.name: value for one, value in vector.values(self.x).items()}
 
+    @cached_property
+    def deviations(self) -> dict[str, float]:
+        """Return the standard error of each parameter by its name, where it is fitted to its end.
+
+        It counts the scatter from second to second, and what a fit that ended at a kink of the cost
+        would still move.
+        """
+        estimator, vector = self.estimator, self.estimator.vector
+        near = Linear.around(estimator, self.x, estimator.residuals(self.x), self.jacobian)
+        solved = near.solved({p.name: not p.released for p in vector.parameters})
+        spread = np.hypot(solved.deviation, solved.x - self.x)
+        return {
+            p.name: abs(p.value(float(x + d)) - p.value(float(x - d))) / 2
+            for p, x, d in zip(vector.parameters, self.x, spread, strict=True)
+        }
+
 
 def by_cost(one: Hypothesis) -> float:
     """Return what the likelier of two hypotheses has less of."""
     return one.cost
+
+
+def noise_of(ones: Iterable[Hypothesis]) -> dict[str, float]:
+    """Return the process noise of hypotheses, each of other runs, by group of joints.
+
+    Args:
+        ones: of a group that acts in several the last counts.
+    """
+    noise = dict[str, float]()
+    for one in ones:
+        every = one.estimator.noise.items()
+        noise |= {g: q for g, q in every if g not in noise or one.estimator.depends_on(g)}
+    return noise
 
 
 def blocks_of(one: Innovations, sample_s: float) -> Array:

@@ -6,49 +6,31 @@ foot is held show it, and take less time.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from workbench.diagnose.fits import Fits
 from workbench.diagnose.hypothesis import Hypothesis
-from workbench.diagnose.landing import LandingFits
 from workbench.diagnose.observer_part import ObserverPart, observer_part, shortlisted
 from workbench.diagnose.wording import together
-from workbench.progress import Progress, portion
+from workbench.progress import portion
 
-__all__ = ["observed"]
+__all__ = ["by_mesh"]
 
 
-@dataclass(frozen=True, eq=False)
-class _Mesh:
-    """One mesh of the beam.
+class _Mesh(NamedTuple):
+    """Fits of the runs by one mesh of the beam, and the base."""
 
-    Args:
-        still: fits by it of the runs whose foot is held.
-        base: of those; None where there is none.
-    """
-
-    still: Fits
-    base: Hypothesis | None
-
-    def every(self, fits: Fits) -> tuple[Fits, Hypothesis]:
-        """Return fits by it of all runs that other fits have, and their base."""
-        if self.base is not None and not fits.landing:
-            return self.still, self.base
-        fits = LandingFits(fits, self.still, self.base)
-        return fits, fits.whole((), {})
+    fits: Fits
+    base: Hypothesis
 
     def prefers(self, fits: Fits, leader: Hypothesis) -> bool:
         """Return whether a hypothesis with causes, of other fits, is likelier by it."""
-        if isinstance(fits, LandingFits):
-            fits, leader = fits.still_part(leader)
-        if not leader.names:  # hops alone show it, and those of either mesh are alike
-            return False
         fits.progress(f"fit {together(leader.names)} by the other mesh")
         leader = fits.weighed(leader)
-        return _moved(leader, fits, self.still).cost < leader.cost
+        return _moved(leader, fits, self.fits).cost < leader.cost
 
 
-def observed(fits: Fits, progress: Progress) -> ObserverPart:
+def by_mesh(fits: Fits) -> ObserverPart:
     """Return what the observer says, by the mesh that the leading cause prefers.
 
     A base without the cause may take a mesh for it: the numbers of a slope were five standard
@@ -56,47 +38,38 @@ def observed(fits: Fits, progress: Progress) -> ObserverPart:
     the end once more where that is another.
 
     Args:
-        fits: of all runs.
-        progress: of the whole diagnosis.
+        fits: of runs whose foot is held.
     """
-    fits.progress = portion(progress, 0.1, 0.4)
-    own, other = _meshes(fits)
-    fits, base = own.every(fits)
-    fits.progress = portion(progress, 0.4, 0.75)
-    listed = shortlisted(fits, base)
-    if other is None:
-        return observer_part(fits, listed)
-    gain = base.cost - listed.leader.cost
-    asked = listed.leader if gain > fits.rules.least_gain else base
-    if asked.names and other.prefers(fits, asked):
+    progress = fits.progress
+    fits.progress = portion(progress, 0.0, 0.3)
+    meshes = _meshes(fits)
+    for one in meshes:
+        one.fits.progress = portion(progress, 0.3, 1.0)
+    own, other = meshes[0], meshes[-1]
+    listed = shortlisted(*own)
+    if other is own:
+        return observer_part(own.fits, listed)
+    gain = own.base.cost - listed.leader.cost
+    asked = listed.leader if gain > fits.rules.least_gain else own.base
+    if asked.names and other.prefers(own.fits, asked):
         own, other = other, own
-        fits, base = own.every(fits)
-        fits.progress = portion(progress, 0.4, 0.75)
-        listed = shortlisted(fits, base)
-    found = observer_part(fits, listed)
-    if found.leader.names not in ((), asked.names) and other.prefers(fits, found.leader):
-        fits, base = other.every(fits)
-        fits.progress = portion(progress, 0.75, 0.85)
-        return observer_part(fits, shortlisted(fits, base))
+        listed = shortlisted(*own)
+    found = observer_part(own.fits, listed)
+    if found.leader.names not in ((), asked.names) and other.prefers(own.fits, found.leader):
+        return observer_part(other.fits, shortlisted(*other))
     return found
 
 
-def _meshes(fits: Fits) -> tuple[_Mesh, _Mesh | None]:
-    """Return the mesh of the beam that the base prefers and the other, with the base fitted.
-
-    Where no run's foot is held, or there is no finer mesh, it is one.
-    """
+def _meshes(fits: Fits) -> list[_Mesh]:
+    """Return the mesh of the beam that the base prefers, and the other where there is a finer."""
     fits.progress("fit the base within its tolerances")
-    finer, landing = fits.rig.finer(), fits.landing
-    still = fits.of(fits.rig, landing) if landing else fits
-    base = still.base() if still.train else None
-    if finer is None or base is None:
-        return _Mesh(still, base), None
+    coarse, finer = _Mesh(fits, fits.base()), fits.rig.finer()
+    if finer is None:
+        return [coarse]
     fits.progress("fit it with a finer beam")
-    other = fits.of(finer, landing)
-    finely = _moved(base, still, other)
-    coarse, fine = _Mesh(still, base), _Mesh(other, finely)
-    return (fine, coarse) if finely.cost < base.cost else (coarse, fine)
+    other = fits.of(finer)
+    fine = _Mesh(other, _moved(coarse.base, fits, other))
+    return sorted([fine, coarse], key=lambda one: one.base.cost)
 
 
 def _moved(one: Hypothesis, fits: Fits, other: Fits) -> Hypothesis:

@@ -52,6 +52,12 @@ class ObserverPart:
             return self.best
         return min((self.base, *self.tried), key=by_cost)
 
+    @property
+    def compared(self) -> Hypothesis:
+        """Return the best as it was compared, before it was fitted to its end."""
+        tried = (one for one in self.tried if one.names == self.best.names)
+        return next(tried, self.base)
+
 
 @dataclass(frozen=True, eq=False)
 class Shortlist:
@@ -316,8 +322,7 @@ def _shown(fits: Fits, name: str) -> Shown:
 
 def _cause(candidate: Candidate, holder: Hypothesis, fits: Fits) -> Cause:
     """Return a candidate with what was found of its quantities, or of the numbers that it frees."""
-    errors = fits.deviations(holder)
-    values, quantities = holder.values, dict[str, EstimatedQuantity]()
+    errors, values, quantities = holder.deviations, holder.values, dict[str, EstimatedQuantity]()
     for key, parameter in candidate.quantities.items():
         value, error = values[parameter.name], errors[parameter.name]
         quantities[key] = quantity_of(value, error, parameter.low, parameter.high, parameter.unit)
@@ -335,7 +340,7 @@ def _cause(candidate: Candidate, holder: Hypothesis, fits: Fits) -> Cause:
 
 def _refit(fits: Fits, best: Hypothesis) -> tuple[Refit, ...]:
     """Return what the fit changed of the model's own numbers."""
-    errors, values, changed = fits.deviations(best), best.values, list[Refit]()
+    errors, values, changed = best.deviations, best.values, list[Refit]()
     for p in fits.rig.base:
         now = quantity_of(values[p.name], errors[p.name], -np.inf, np.inf, p.unit)
         share = (now.value - p.nominal) / (LIMITS * p.deviation)

@@ -7,6 +7,7 @@ candidates. It offers some of its runs as a system that can be fitted.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
@@ -225,6 +226,23 @@ class HopperRig:
     def with_modes(self, modes: Collection[str]) -> HopperRig:
         """Return the rig with base and candidates of more modes than its runs have."""
         return self._like(self.measured, {*self._modes, *modes})
+
+    def beside(self, causes: Collection[str], felt: Collection[str]) -> HopperRig:
+        """Return the rig with causes that are known, for runs which show more than others do.
+
+        Args:
+            causes: whose quantities belong to the base.
+            felt: names of the numbers that the others show; what has such a number is no candidate.
+        """
+        found = copy(self)
+        known = [one for one in self.candidates if one.name in causes]
+        found.base = (*self.base, *(p for one in known for p in one.quantities.values()))
+        found.candidates = tuple(
+            one
+            for one in self.candidates
+            if not {*one.frees, *(p.name for p in one.quantities.values())} & {*felt}
+        )
+        return found
 
     def finer(self) -> HopperRig | None:
         """Return the robot with a beam of more increments, if its own has few; of `Rig`."""

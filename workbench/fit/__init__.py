@@ -31,7 +31,7 @@ from workbench.fit.noise import coloured_noise
 from workbench.fit.observation import Observation
 from workbench.fit.observer import Innovations, Job, Start, observe
 from workbench.fit.online import LEAST_REST, Estimate, OnlineObserver, PointForces
-from workbench.fit.parameters import LIMITS, Acts, Parameter, ParameterVector, Scope
+from workbench.fit.parameters import LIMITS, Acts, Known, Parameter, ParameterVector, Scope
 from workbench.fit.prediction import predictions
 from workbench.fit.process import NOISE_FACTOR, likeliest
 from workbench.fit.replay import Replay, compared, compared_s, replayed

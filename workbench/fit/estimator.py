@@ -220,7 +220,6 @@ class Estimator:
         asked: Sequence[int] | NDArray[np.int64] | None = None,
         steps: Array | None = None,
         central: bool = False,
-        runs: Sequence[int] | None = None,
     ) -> Array:
         """Return the derivatives of the residuals, (m, p) [1], by differences of coarse steps.
 
@@ -230,10 +229,9 @@ class Estimator:
             steps: (p,) how far each is moved, of `reaches` [1]; the nearest where left out.
             central: whether differences go to both sides: twice the cost, and directions that do
                 nothing are seen to do nothing.
-            runs: numbers of those whose rows are wanted, the others stay zero; all where left out.
         """
         steps = np.full(len(x), NEAREST) if steps is None else steps
-        runs = range(len(self.system.names)) if runs is None else runs
+        runs = range(len(self.system.names))
         wanted = set(range(len(x)) if asked is None else map(int, asked))
         moves = [(k, i) for k in runs for i in self._felt(k) if i in wanted]
         low, high = self.vector.bounds

@@ -82,7 +82,6 @@ def fit_system(
     *,
     start: Array | None = None,
     late: Collection[str] = (),
-    fixed: Collection[str] = (),
     progress: Progress = lambda text: None,
     threads: int = 0,
     central: bool = True,
@@ -94,7 +93,6 @@ def fit_system(
         vector: of the parameters; those of single runs are held in the first stage.
         start: (p,) the minimiser's numbers to begin at [1]; nominal where left out.
         late: names of parameters that stay at their start in the first stage, too.
-        fixed: names of parameters that stay at their start to the end.
         progress: called at each stage.
         threads: 0 takes all cores.
         central: whether the Jacobian at the end is taken anew, by differences to both sides.
@@ -105,14 +103,14 @@ def fit_system(
     x = _inside(vector, np.zeros(len(vector)) if start is None else start)
     progress("observe the runs with strong correction")
     estimator = refined(Estimator.of(system, vector, _far(system), threads=threads), x)
-    free = np.array([p.name not in fixed for p in vector.parameters])
-    first = free & [p.scope is not Scope.RUN and p.name not in late for p in vector.parameters]
+    every = vector.parameters
+    first = np.array([p.scope is not Scope.RUN and p.name not in late for p in every])
     found = minimised(replace(estimator, window=_FIRST_S), x, first, _MOST, ROUGH)
     count, whole = found.evaluations, estimator.window
     short = replace(estimator.with_noise(system.strong), window=_FIRST_S)
     if any(short.samples(k) < estimator.samples(k) for k in range(len(system.names))):
-        short, found, count = _weighed(short, found, free, progress, count, _FIRST_ROUNDS)[:3]
-    return _rounds(replace(short, window=whole), found, free, progress, count, central)
+        short, found, count = _weighed(short, found, progress, count, _FIRST_ROUNDS)[:3]
+    return _rounds(replace(short, window=whole), found, progress, count, central)
 
 
 def fit_near(estimator: Estimator, x: Array, progress: Progress = lambda text: None) -> Fit:
@@ -125,7 +123,7 @@ def fit_near(estimator: Estimator, x: Array, progress: Progress = lambda text: N
     """
     x = _inside(estimator.vector, x)
     begin = Minimum(x, np.zeros(0), np.zeros((0, len(x))), 0, False, np.inf)
-    return _rounds(estimator, begin, np.ones(len(x), dtype=np.bool_), progress, 0)
+    return _rounds(estimator, begin, progress, 0)
 
 
 def settled(estimator: Estimator, x: Array) -> Fit:
@@ -142,7 +140,6 @@ def settled(estimator: Estimator, x: Array) -> Fit:
 def _rounds(
     estimator: Estimator,
     found: Minimum,
-    free: NDArray[np.bool_],
     progress: Progress,
     count: int,
     central: bool = True,
@@ -151,16 +148,15 @@ def _rounds(
     before = found._replace(jacobian=np.zeros((0, len(found.x))))
     progress("weigh correction against noise")
     estimator = likeliest(estimator, found.x)
-    estimator, found, count, same = _weighed(estimator, before, free, progress, count)
+    estimator, found, count, same = _weighed(estimator, before, progress, count)
     progress("fit whole runs")
-    found = minimised(estimator, found.x, free, _MOST, CLOSE, found.jacobian, known=same)
+    found = minimised(estimator, found.x, None, _MOST, CLOSE, found.jacobian, known=same)
     return _ended(estimator, found, count + found.evaluations, central)
 
 
 def _weighed(
     estimator: Estimator,
     found: Minimum,
-    free: NDArray[np.bool_],
     progress: Progress,
     count: int,
     rounds: int = _ROUNDS,
@@ -172,7 +168,7 @@ def _weighed(
     for _ in range(rounds):
         progress(words)
         before = found.jacobian if len(found.jacobian) else None
-        found = minimised(estimator, found.x, free, _MOST, ROUGH, before, known=False)
+        found = minimised(estimator, found.x, None, _MOST, ROUGH, before, known=False)
         count += found.evaluations
         progress("weigh correction against noise")
         weighed = likeliest(estimator, found.x)

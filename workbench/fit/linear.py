@@ -11,17 +11,18 @@ residuals alone would have it, for what is far off may well be there.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.fit.estimator import ROBUST, Estimator
 from workbench.fit.minimise import soft, weights
-from workbench.fit.parameters import ParameterVector, beyond
+from workbench.fit.parameters import Known, ParameterVector, beyond
 
 __all__ = ["Linear", "Solved", "edges_of", "eliminated"]
 
@@ -79,6 +80,7 @@ class Linear:
         residuals: (m,) there [1].
         jacobian: (m, p) derivatives of the residuals by the numbers [1].
         edges: (b + 1,) of the blocks, in residuals.
+        known: of some numbers, what takes the place of their own priors; None where nothing is.
     """
 
     names: tuple[str, ...]
@@ -87,6 +89,7 @@ class Linear:
     residuals: Array
     jacobian: Array
     edges: NDArray[np.int64]
+    known: Known | None = None
 
     @classmethod
     def around(cls, estimator: Estimator, x: Array, residuals: Array, jacobian: Array) -> Linear:
@@ -102,24 +105,9 @@ class Linear:
         for seen in map(system.seen, range(len(system.names))):
             edges += list(edges[-1] + seen.shape[1] * edges_of(len(seen), system.sample_s)[1:])
         names, count = tuple(p.name for p in vector.parameters), edges[-1]
-        return cls(names, vector.own, x, residuals[:count], jacobian[:count], np.array(edges))
-
-    def of_runs(self, estimator: Estimator, runs: Sequence[int]) -> Linear:
-        """Return the same of some runs alone.
-
-        Args:
-            estimator: of all runs.
-            runs: their numbers.
-        """
-        rows, edges = list[NDArray[np.intp]](), [0]
-        for first, end in (estimator.edges[k : k + 2] for k in runs):
-            inside = self.edges[(self.edges > first) & (self.edges <= end)]
-            edges += list(edges[-1] + inside - first)
-            rows.append(np.arange(first, end))
-        kept = np.concatenate(rows)
-        return replace(
-            self, residuals=self.residuals[kept], jacobian=self.jacobian[kept],
-            edges=np.array(edges),
+        return cls(
+            names, vector.own, x, residuals[:count], jacobian[:count], np.array(edges),
+            vector.known,
         )  # fmt: skip
 
     def columns(self, vector: ParameterVector, x: Array) -> Array:
@@ -148,62 +136,101 @@ class Linear:
         """Return J' W r, (p,) [1]."""
         return np.asarray(self.jacobian.T @ (self.weights * self.residuals), dtype=np.float64)
 
+    @cached_property
+    def _normal(self) -> tuple[Array, Array]:
+        """Return centre (p,) and precision (p, p) [1] of the priors, were all normal."""
+        centre, precision = np.zeros(len(self.names)), np.eye(len(self.names))
+        if self.known is not None:
+            at = [self.names.index(name) for name in self.known.names]
+            centre[at], precision[np.ix_(at, at)] = self.known.at, self.known.precision
+        return centre, precision
+
+    def _normally(self, x: Array, chosen: NDArray[np.intp]) -> float:
+        """Return what normal priors of some numbers (p,) cost."""
+        off, precision = (x - self._normal[0])[chosen], self._normal[1][np.ix_(chosen, chosen)]
+        return float(off @ precision @ off)
+
     def fall(self, moving: Mapping[str, bool]) -> float:
         """Return by how much the cost falls where some numbers move; cheap, without blocks.
 
         Args:
             moving: name -> whether its prior is normal; Cauchy's if not.
         """
-        chosen, normal, _, inverse, gradient = self._solution(moving)
-        before, steps = self.x[chosen], -inverse @ gradient
+        one = self._solution(moving)
+        chosen, steps = one.chosen, (one.x - self.x)[one.chosen]
         curvature, slope = self.curvature[np.ix_(chosen, chosen)], self.slope[chosen]
         fitted = float(-2 * slope @ steps - steps @ curvature @ steps)
-        after = before + steps
-        priors = np.sum(before**2) - np.sum(after[normal] ** 2) - np.sum(beyond(after[~normal]))
-        return fitted + float(priors)
+        normal, released = chosen[one.normal], chosen[~one.normal]
+        before = self._normally(self.x, normal) + float(np.sum(self.x[released] ** 2))
+        after = self._normally(one.x, normal) + float(np.sum(beyond(one.x[released])))
+        return fitted + before - after
 
-    def _solution(
-        self, moving: Mapping[str, bool]
-    ) -> tuple[NDArray[np.intp], NDArray[np.bool_], Array, Array, Array]:
-        """Return what moves, which are normal, priors, inverse of the curvature, and gradient."""
+    def _solution(self, moving: Mapping[str, bool]) -> _Solution:
+        """Return where the numbers that move go."""
+        every = enumerate(zip(self.names, self.own, strict=True))
         chosen = np.array(
-            [
-                i
-                for i, (name, own) in enumerate(zip(self.names, self.own, strict=True))
-                if own or name in moving
-            ],
+            [i for i, (name, own) in every if own or name in moving],
             dtype=np.intp,  # where nothing moves, too: no run held out is driven
         )
         normal = np.array([moving.get(self.names[i], True) for i in chosen], dtype=np.bool_)
         before, curvature = self.x[chosen], self.curvature[np.ix_(chosen, chosen)]
-        prior, last = np.where(normal, 1.0, _FREED), before
+        centre, precision = self._normal
+        both = np.outer(normal, normal)
+        whole = np.where(both, precision[np.ix_(chosen, chosen)], 0.0)
+        pull = (precision @ (self.x - centre))[chosen]
+
+        def of(released: Array) -> tuple[Array, Array]:
+            """Return the priors' curvature and the gradient, by the curvature of released ones."""
+            prior = whole + np.diag(np.where(normal, 0.0, released))
+            return prior, self.slope[chosen] + np.where(normal, pull, released * before)
+
+        released, last = np.full(len(chosen), _FREED), before
         for _ in range(0 if normal.all() else _PRIOR_ROUNDS):
-            gradient = self.slope[chosen] + prior * before
-            moved = before - _solved(curvature + np.diag(prior), gradient)
-            prior = np.where(normal, 1.0, 2 / (1 + moved**2))
+            prior, gradient = of(released)
+            moved = before - _solved(curvature + prior, gradient)
+            released = 2 / (1 + moved**2)
             if np.abs(moved - last).max() < _SETTLED:
                 break
             last = moved
-        gradient = self.slope[chosen] + prior * before
-        inverse = np.linalg.pinv(curvature + np.diag(prior), hermitian=True)
-        return chosen, normal, prior, np.asarray(inverse, dtype=np.float64), gradient
+        prior, gradient = of(released)
+        inverse = np.asarray(np.linalg.pinv(curvature + prior, hermitian=True), dtype=np.float64)
+        x = self.x.copy()
+        x[chosen] -= inverse @ gradient
+        return _Solution(chosen, normal, x, prior, inverse)
 
     def solved(self, moving: Mapping[str, bool]) -> Solved:
         """Return the least cost where numbers by name move -> whether their prior is normal."""
-        chosen, normal, prior, inverse, gradient = self._solution(moving)
+        one = self._solution(moving)
+        chosen, inverse = one.chosen, one.inverse
         slopes = self.jacobian[:, chosen]
-        moved = self.x.copy()
-        moved[chosen] -= inverse @ gradient
-        left = self.residuals + slopes @ (moved - self.x)[chosen]
+        left = self.residuals + slopes @ (one.x - self.x)[chosen]
         blocks = np.add.reduceat(soft(left, ROBUST), self.edges[:-1])
         scores = np.array(
             [slopes[a:b].T @ (self.weights[a:b] * left[a:b]) for a, b in pairwise(self.edges)]
         )
-        spread = inverse @ (scores.T @ scores + np.diag(prior)) @ inverse
+        spread = inverse @ (scores.T @ scores + one.prior) @ inverse
         deviation = np.zeros(len(self.x))
         deviation[chosen] = np.sqrt(np.maximum(np.diag(spread), np.diag(inverse)))
-        cost = float(blocks.sum() + np.sum(moved[chosen][normal] ** 2))
-        return Solved(moved, deviation, blocks, cost)
+        cost = float(blocks.sum()) + self._normally(one.x, chosen[one.normal])
+        return Solved(one.x, deviation, blocks, cost)
+
+
+class _Solution(NamedTuple):
+    """Where numbers that move go.
+
+    Args:
+        chosen: (k,) those that move.
+        normal: (k,) whether their priors are normal.
+        x: (p,) all, there [prior deviations].
+        prior: (k, k) curvature of the priors [1].
+        inverse: (k, k) of the whole curvature [1].
+    """
+
+    chosen: NDArray[np.intp]
+    normal: NDArray[np.bool_]
+    x: Array
+    prior: Array
+    inverse: Array
 
 
 def _solved(curvature: Array, gradient: Array) -> Array:

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LIMITS", "Acts", "Parameter", "ParameterVector", "Scope", "beyond"]
+__all__ = ["LIMITS", "Acts", "Known", "Parameter", "ParameterVector", "Scope", "beyond"]
 
 Array = NDArray[np.float64]
 
@@ -107,11 +107,37 @@ def beyond(x: Array) -> Array:
     return 2 * np.log1p(x**2)
 
 
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What other runs say of some numbers: a normal distribution, their prior beside these runs.
+
+    Args:
+        names: of the parameters.
+        at: (k,) the most likely numbers [prior deviations].
+        root: (k, k) R with R'R their precision [1].
+    """
+
+    names: tuple[str, ...]
+    at: Array
+    root: Array
+
+    @property
+    def precision(self) -> Array:
+        """Return the precision of the numbers, (k, k) [1]."""
+        return np.asarray(self.root.T @ self.root, dtype=np.float64)
+
+
 @dataclass(frozen=True)
 class ParameterVector:
-    """The parameters of one fit, in the order of the minimiser's numbers."""
+    """The parameters of one fit, in the order of the minimiser's numbers.
+
+    Args:
+        parameters: in that order.
+        known: of some, what takes the place of their own priors; None where nothing is.
+    """
 
     parameters: tuple[Parameter, ...]
+    known: Known | None = None
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -133,6 +159,13 @@ class ParameterVector:
         """Return which of those that have a prior have Cauchy's, (k,)."""
         return np.array([p.released for p in self.parameters if not p.flat], dtype=np.bool_)
 
+    @cached_property
+    def _known(self) -> NDArray[np.intp]:
+        """Return which of those that have a prior are known of other runs, (k,)."""
+        names = [p.name for p in self.parameters if not p.flat]
+        known = () if self.known is None else self.known.names
+        return np.array([names.index(name) for name in known], dtype=np.intp)
+
     def priors(self, x: Array) -> Array:
         """Return the residuals of the k priors, (k,) [1]: their squares are -2 ln of the priors.
 
@@ -140,7 +173,10 @@ class ParameterVector:
             x: (p,) the minimiser's numbers [1].
         """
         own = x[self.weighted]
-        return np.where(self._released, np.sign(own) * np.sqrt(beyond(own)), own)
+        found = np.where(self._released, np.sign(own) * np.sqrt(beyond(own)), own)
+        if self.known is not None:
+            found[self._known] = self.known.root @ (own[self._known] - self.known.at)
+        return found
 
     def prior_slopes(self, x: Array) -> Array:
         """Return the derivatives of `priors`, (k, p) [1].
@@ -154,6 +190,8 @@ class ParameterVector:
         root = np.sqrt(beyond(np.where(near, 1.0, own)))
         released = np.where(near, np.sqrt(2), 2 * np.abs(own) / (1 + own**2) / root)
         slopes[np.arange(len(weighted)), weighted] = np.where(self._released, released, 1.0)
+        if self.known is not None:
+            slopes[np.ix_(self._known, weighted[self._known])] = self.known.root
         return slopes
 
     def values(self, x: Array) -> dict[Parameter, float]:

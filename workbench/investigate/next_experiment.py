@@ -30,7 +30,7 @@ from workbench.investigate.proposed import (
     Separation,
     minutes_of,
 )
-from workbench.investigate.remaining import BEYOND, MOST, Remaining, remaining
+from workbench.investigate.remaining import BEYOND, MOST, Remaining, asked_of, remaining
 from workbench.progress import Progress
 
 __all__ = ["TIMES", "Proposal", "Separation", "minutes_of", "propose", "propose_among"]
@@ -62,7 +62,7 @@ def propose(
     """
     if found.kind == "DATA_FAULT" or not isinstance(found.rig, HopperRig) or not menu:
         return None
-    if found.parts["observer"].kind != "SET":  # a set of the drive is asked about first
+    if asked_of(found).part.kind != "SET":  # a set of the drive is asked about first
         return propose_speed(found, menu) or _of_observer(found, found.rig, menu, progress)
     return _of_observer(found, found.rig, menu, progress) or propose_speed(found, menu)
 
@@ -71,7 +71,7 @@ def _of_observer(
     found: Diagnosis, rig: HopperRig, menu: Sequence[ProposedRun], progress: Progress
 ) -> Proposal | None:
     """Return the runs that separate best what the observer leaves; None where none does."""
-    part, fits = found.parts["observer"], found.fits
+    part, fits = asked_of(found).part, found.observed.fits
     strict = BEYOND if part.kind in ("NAMED", "PARTIAL") else 1.0
     wide = rig.with_modes({trial.mode for trial in menu})
     setting = Setting(wide, found.rules, fits.repeats(), fits.samples(), strict, fits.threads)

@@ -14,10 +14,20 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from workbench.diagnose import Candidate, Diagnosis, Hypothesis, Part, Rig, Scored, together, versus
+from workbench.diagnose import (
+    Candidate,
+    Diagnosis,
+    Hypothesis,
+    ObserverPart,
+    Part,
+    Rig,
+    Scored,
+    together,
+    versus,
+)
 from workbench.fit import Linear, Parameter, eliminated, weights
 
-__all__ = ["BEYOND", "MOST", "Remaining", "remaining"]
+__all__ = ["BEYOND", "MOST", "Remaining", "asked_of", "remaining"]
 
 Array = NDArray[np.float64]
 
@@ -91,19 +101,31 @@ def remaining(found: Diagnosis, rig: Rig) -> list[Remaining]:
         found: the diagnosis.
         rig: with the base and the candidates of the runs that exist and of those that can be made.
     """
-    part = found.parts["observer"]
+    asked = asked_of(found)
+    part, fits = asked.part, asked.fits
     if part.kind in ("CLEAN", "NONE"):
         return _hidden(found, rig)
-    fitted = {one.names: one for one in found.tried}
+    fitted = {one.names: one for one in asked.tried}
     scored = _chosen(found, part)[:MOST]
-    kept = [fitted[one.names] for one in scored]
-    chosen = [_of(one, rig, found.fits.judged(one)) for one in kept]
-    if part.kind == "SET" and not _evident(found, part):
-        chosen.append(_of(found.base, rig))
-    costs = np.array([one.cost for one in chosen]) / found.fits.repeats()
+    chosen = [
+        _of(found, one, rig, fits.judged(one)) for one in (fitted[one.names] for one in scored)
+    ]
+    if part.kind == "SET" and not _evident(found, asked):
+        chosen.append(_of(found, asked.base, rig))
+    costs = np.array([one.cost for one in chosen]) / fits.repeats()
     shares = scipy.special.softmax(-costs / 2)
     chosen = [replace(one, weight=float(w)) for one, w in zip(chosen, shares, strict=True)]
     return sorted(chosen, key=lambda one: -one.weight)
+
+
+def asked_of(found: Diagnosis) -> ObserverPart:
+    """Return the part of the observer whose hypotheses are to be separated.
+
+    The first that is a set, else the first that lists a cause, else the first.
+    """
+    parts = list(found.observed.parts.values())
+    sets = [one for one in parts if one.part.kind == "SET"]
+    return next(iter([*sets, *(one for one in parts if one.causes), *parts]))
 
 
 def _chosen(found: Diagnosis, part: Part) -> Sequence[Scored]:
@@ -123,22 +145,24 @@ def _chosen(found: Diagnosis, part: Part) -> Sequence[Scored]:
     return near
 
 
-def _evident(found: Diagnosis, part: Part) -> bool:
+def _evident(found: Diagnosis, asked: ObserverPart) -> bool:
     """Return whether the best is more than chance, so that the base does not remain."""
-    rules, fits = found.rules, found.fits
+    rules, fits, part = found.rules, asked.fits, asked.part
     best = next((v for one, v in part.compared if one.names == part.best.names), None)
     least = rules.practical(fits.samples() / fits.repeats())
     return best is not None and best.gain > least and best.sure > rules.sure and best.held > 0
 
 
-def _of(one: Hypothesis, rig: Rig, judged: Sequence[Array] = ()) -> Remaining:
-    shared = one.estimator.vector.shared
+def _of(found: Diagnosis, one: Hypothesis, rig: Rig, judged: Sequence[Array] = ()) -> Remaining:
+    """Return a hypothesis of one part of the observer, beside what holds in the other."""
+    whole = found.observed.beside(one)
+    shared = whole.estimator.vector.shared
     more = [p for p in rig.base if p.name not in {q.name for q in shared}]
-    values = {p.name: p.nominal for p in more} | {p.name: one.values[p.name] for p in shared}
-    known, information = _information(one)
+    values = {p.name: p.nominal for p in more} | {p.name: whole.values[p.name] for p in shared}
+    known, information = _information(whole)
     held = np.concatenate([np.zeros(0), *judged])
     return Remaining(
-        one.names, (*shared, *more), values, one.estimator.noise, known, information,
+        whole.names, (*shared, *more), values, whole.estimator.noise, known, information,
         one.cost, np.concatenate(one.blocks), held,
     )  # fmt: skip
 
@@ -158,15 +182,17 @@ def _hidden(found: Diagnosis, rig: Rig) -> list[Remaining]:
 
     They are those that the runs hardly show, and those that show in other modes only.
     """
-    base = _of(found.base, rig)
+    base = _of(found, next(iter(found.observed.parts.values())).base, rig)
     modes = {facts.mode for facts in found.rig.facts}
-    near = found.promises[0].near if found.promises else None
-    least = found.rules.suspected * found.fits.repeats()
+    near = {one.name: one.near for one in found.observed.promises}
+    least = found.rules.suspected * found.observed.fits.repeats()
     hidden = [
         one
         for one in rig.candidates
         if one.quantities
-        and not (modes & set(one.shows_in) and _at_tolerance(one, near, rig.base) >= least)
+        and not (
+            modes & set(one.shows_in) and _at_tolerance(one, near.get(one.name), rig.base) >= least
+        )
     ]
     return [base, *(_supposed(base, one, 1 / len(hidden)) for one in hidden)]
 

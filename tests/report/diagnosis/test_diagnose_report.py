@@ -8,17 +8,27 @@ from dataclasses import fields, replace
 from html import unescape
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, get_args
+from typing import Any, cast, get_args
 
 import numpy as np
 import pytest
 
 from tests.diagnose.test_missing import DECAY, DRAG, hypothesis
 from tests.fit.filmed import ROBOT, measured, twin_motion
-from workbench.diagnose import DRIVE, Diagnosis, Errors, Kind, Part, write_answer
+from workbench.diagnose import (
+    DRIVE,
+    Diagnosis,
+    DrivePart,
+    Errors,
+    Kind,
+    ObserverPart,
+    Part,
+    write_answer,
+)
 from workbench.diagnose.decide import Scored, Versus
 from workbench.diagnose.findings import Alternative, Cause, EstimatedQuantity, Refit
 from workbench.diagnose.hypothesis import Hypothesis
+from workbench.diagnose.observed import Observed
 from workbench.diagnose.rules import RULES
 from workbench.diagnose.screening import Promise
 from workbench.fit import Hopper
@@ -94,20 +104,26 @@ def diagnosis(folder: Path, kind: Kind, base: Hypothesis = NOWHERE) -> Diagnosis
     near: Any = None
     fits: Any = SimpleNamespace(
         repeats=lambda channel="": 2.0,
-        drive=lambda best: (Regression(), Regression()),
         candidates={"air_drag": SimpleNamespace(separated_by="a plate of known area on T")},
     )
+    regression: Any = Regression()
+    refit = (
+        Refit("top_mass", 0.088, 0.0912, 0.09, 0.0924, "kg", 1.6),
+        Refit("root_damping", 0.03, 0.031, 0.02, 0.042, "N m s/rad", 0.1),
+    )
+    observer = ObserverPart(
+        part(kind, best, *gains), causes, base, base, (),
+        (Promise("air_drag", 160.0, 3.0, near, {}),), refit, fits,
+    )  # fmt: skip
     rig: Any = SimpleNamespace(name="paper robot", source=model)
+    fits.rig = SimpleNamespace(base=[SimpleNamespace(name=one.name) for one in refit])
     return Diagnosis(
         rig, kind, causes, "air_drag <b>or</b> nothing",
         (Alternative("root_play", "it is worth less"),),
-        base, base, (), (Promise("air_drag", 160.0, 3.0, near, {}),),
-        {"observer": part(kind, best, *gains), "drive": part("CLEAN", scored(), *drive)},
-        (Refit("top_mass", 0.088, 0.0912, 0.09, 0.0924, "kg", 1.6),
-         Refit("root_damping", 0.03, 0.031, 0.02, 0.042, "N m s/rad", 0.1)),
+        Observed({"observer": observer}, fits),
+        DrivePart(part("CLEAN", scored(), *drive), (), regression, ([], [])),
         ("clamped-9", "hop-9"), errors, after, rig,
         (("hop-2", "the rotor turned backwards"),) if kind == "DATA_FAULT" else (), RULES, 51.2,
-        fits,
     )  # fmt: skip
 
 
@@ -179,8 +195,11 @@ def test_words_of_others_are_no_markup(tmp_path: Path) -> None:
 
 def test_what_is_not_there_is_left_out(tmp_path: Path) -> None:
     found = diagnosis(tmp_path, "CLEAN")
-    bare = replace(found, parts={"observer": found.parts["observer"]}, errors=None, promises=(),
-                   extended_errors=None, extended=None, held_out=(), refit=())  # fmt: skip
+    (observer,) = found.observed.parts.values()
+    found.observed.fits.rig = cast(Any, SimpleNamespace(base=[]))
+    alone = Observed({"observer": replace(observer, promises=(), refit=())}, found.observed.fits)
+    bare = replace(found, observed=alone, drive=None, errors=None, extended_errors=None,
+                   extended=None, held_out=())  # fmt: skip
     html = html_of(tmp_path, bare)
     assert "no run was held out" in html
     for title in ("The drive", "Error on the runs", "What the refit", "The missing force"):

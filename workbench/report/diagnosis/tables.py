@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from markupsafe import Markup
 
-from workbench.diagnose import DRIVE, Amount, Diagnosis, HopperRig, digits, together
+from workbench.diagnose import DRIVE, Amount, Diagnosis, DrivePart, HopperRig, digits, together
 from workbench.report.page import table
 from workbench.sim import EFFECTS, Quantity
 
@@ -71,7 +71,7 @@ def causes(found: Diagnosis) -> Markup:
 
 def refit(found: Diagnosis) -> Markup:
     """Return the model's own numbers, nominal and as the fit has them, farthest moved first."""
-    moved = sorted(found.refit, key=lambda one: -abs(one.share))
+    moved = sorted(found.observed.refit, key=lambda one: -abs(one.share))
     rows = [
         (_spoken(one.name), digits(one.stated), digits(one.now),
          f"{digits(one.low)} to {digits(one.high)}", one.unit, f"{one.share:+.2f}")
@@ -80,7 +80,7 @@ def refit(found: Diagnosis) -> Markup:
     if not rows:
         return Markup()
     heads = ("Number", "Nominal", "Now", "90 % interval", "Unit", "Of tolerance")
-    holder = together([_spoken(name) for name in found.best.names])
+    holder = together([_spoken(name) for name in found.observed.best.names])
     words = (
         f"As the model has them beside {holder}." if holder else "As the refitted base has them."
     ) + " Each number was fitted within its tolerance; 1 is a whole one."
@@ -104,11 +104,11 @@ def finer_beam(found: Diagnosis) -> str | None:
 
 def drive(found: Diagnosis) -> Markup:
     """Return what the rotor's angle says of the drive; nothing where nothing is driven."""
-    part = found.parts.get("drive")
-    if part is None:
+    if found.drive is None:
         return Markup()
+    part, sizes = found.drive.part, _sizes(found.drive)
     gains = {one.names[0]: against for one, against in part.compared if len(one.names) == 1}
-    listed, sizes = {one.name for one in found.causes}, _sizes(found)
+    listed = {one.name for one in found.causes}
     rows, how = list[tuple[str, ...]](), "possible" if part.kind == "SET" else "found"
     for name in (one for one in DRIVE if one in gains):
         gain, held = digits(gains[name].gain), digits(gains[name].held)
@@ -127,12 +127,9 @@ def drive(found: Diagnosis) -> Markup:
     return paragraph(words) + (table(rows, heads) + paragraph(below) if rows else Markup())
 
 
-def _sizes(found: Diagnosis) -> dict[str, dict[str, Amount]]:
+def _sizes(found: DrivePart) -> dict[str, dict[str, Amount]]:
     """Return of each cause in the drive how large it would be alone."""
-    regressions = found.fits.drive(found.best)
-    if regressions is None:
-        return {}
-    fitted, sizes = regressions[0], dict[str, dict[str, Amount]]()
+    fitted, sizes = found.fitted, dict[str, dict[str, Amount]]()
     for name in DRIVE:
         if name not in fitted.quantities:
             continue
