@@ -76,7 +76,7 @@ def behind(found: Diagnosis) -> dict[str, Any]:
         `promises`: the best few with their gain; for robot and drive what is `missing` and the best
         hypotheses with their gain, fitted and held out, and how sure they are.
     """
-    promises = [[one.name, round(one.gain, 2)] for one in found.observed.promises[:_FEW]]
+    promises = [[one.name, round(one.gain, 2)] for one in found.observer.promises[:_FEW]]
     parts = {
         name: {
             "missing": part.missing,

@@ -37,7 +37,7 @@ def single(found: Diagnosis) -> dict[str, object]:
 def bic(found: Diagnosis) -> dict[str, object]:
     """Name all causes that the criterion asks for; none is CLEAN."""
     chosen: list[str] = []
-    count = np.log(found.observed.fits.samples())
+    count = np.log(found.observer.fits.samples())
     for part in found.parts.values():
         least, names = 0.0, tuple[str, ...]()
         for one, gains in part.compared:

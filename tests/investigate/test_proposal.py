@@ -15,7 +15,7 @@ from workbench.diagnose import Diagnosis, HopperRig, ObserverPart
 from workbench.diagnose.findings import Cause, EstimatedQuantity
 from workbench.diagnose.fits import Fits
 from workbench.diagnose.hypothesis import Hypothesis
-from workbench.diagnose.observed import Observed
+from workbench.diagnose.observer_parts import ObserverParts
 from workbench.diagnose.rules import RULES
 from workbench.fit import Estimator, ParameterVector
 from workbench.investigate import ProposedRun, investigate, propose
@@ -149,7 +149,7 @@ def clean(rig: HopperRig) -> Diagnosis:
     observer = ObserverPart(part, (), base, base, (), tuple(fits.promises(base)), (), fits)
     return cast(Diagnosis, SimpleNamespace(
         rig=rig, kind="CLEAN", rules=RULES, parts={"observer": part}, causes=(),
-        observed=Observed({"observer": observer}, fits),
+        observer=ObserverParts({"observer": observer}, fits),
     ))  # fmt: skip
 
 

@@ -87,7 +87,7 @@ def test_a_hardening_spring_is_named_from_an_accelerometer(tmp_path: Path) -> No
     (cause,) = found.causes
     assert cause.name == "mode_cubic_stiffness"
     assert cause.quantities["cubic_stiffness"].value == pytest.approx(CUBIC, rel=0.05)
-    refitted = {one.name: one.now for one in found.observed.refit}
+    refitted = {one.name: one.now for one in found.observer.refit}
     assert refitted["mode stiffness"] == pytest.approx(STIFFNESS, rel=0.01)
     assert refitted["mode damping"] == pytest.approx(DAMPING, rel=0.05)
     assert found.removed is not None

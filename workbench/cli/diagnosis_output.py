@@ -53,7 +53,7 @@ def show_diagnosis(found: Diagnosis) -> None:
         "what the refit changed",
         ["number", "nominal", "now", "of its tolerance"],
         [[one.name.replace("_", " "), f"{one.stated:.4g}", f"{one.now:.4g} {one.unit}",
-          f"{one.share:+.2f}"] for one in found.observed.refit],
+          f"{one.share:+.2f}"] for one in found.observer.refit],
     )  # fmt: skip
     if found.alternatives:
         show_table("not taken", ["cause", "why"], [[r.name, r.why_not] for r in found.alternatives])

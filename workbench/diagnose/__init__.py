@@ -6,10 +6,10 @@ other than the robot's model says. `fits` fits hypotheses by the observer of `wo
 `landing` does so where feet land, `screening` says what each candidate promises beside a fit,
 `drive` judges the motor by the rotor's angle alone, `held_out` says how likely runs are that no fit
 has seen. `decide` turns them into an answer, by the numbers in `rules`; `observer_part` and
-`drive_part` call it. `observed` asks the observer of runs whose foot is held, by the mesh of the
-beam that `mesh` chooses, then of hops; `findings` is what an answer lists. `extension` writes the
-model, `validate` judges the file by runs held out. `missing` says which force is missing, and what
-it depends on; `kept` is the answer as a file.
+`drive_part` call it. `observer_parts` asks the observer of runs whose foot is held, by the mesh of
+the beam that `mesh` chooses, then of hops; `findings` is what an answer lists. `extension` writes
+the model, `validate` judges the file by runs held out. `missing` says which force is missing, and
+what it depends on; `kept` is the answer as a file.
 
 Runs that are not what they are said to be are left out before (`workbench.data_quality`); what to
 run next, `workbench.investigate` says.

@@ -4,8 +4,9 @@
 2. The base is fitted within its tolerances, and the process noise that it asks for says whether a
    force is missing (`fits`).
 3. One Jacobian of all candidates says what each promises; those that promise most are fitted, then
-   a second beside the best (`linear`, `fits`). The drive is judged by the rotor's angle (`drive`).
-4. The runs' seconds decide (`decide`), for robot and drive each by itself.
+   a second beside the best (`screening`, `fits`): runs whose foot is held first, then hops
+   (`observer_parts`). The drive is judged by the rotor's angle (`drive`).
+4. The runs' seconds decide (`decide`), for held runs, hops and drive each by itself.
 5. The model is written, read back and judged on runs held out (`validate`).
 """
 
@@ -25,7 +26,7 @@ from workbench.diagnose.drive_part import DrivePart, drive_part
 from workbench.diagnose.findings import Alternative, Cause
 from workbench.diagnose.fits import Fits
 from workbench.diagnose.hypothesis import noise_of
-from workbench.diagnose.observed import Observed, observed
+from workbench.diagnose.observer_parts import ObserverParts, observer_parts
 from workbench.diagnose.rig import HopperRig, Rig
 from workbench.diagnose.rules import Rules
 from workbench.diagnose.validate import Errors, removed
@@ -46,7 +47,7 @@ class Diagnosis:
         causes: named, or all of a set.
         reason: in a sentence.
         alternatives: what was not taken.
-        observed: what the observer says, with all hypotheses.
+        observer: what the observer says, with all hypotheses.
         drive: what the rotor's angle says of the drive; None where nothing is driven.
         held_out: names of the runs that judged.
         errors: of the refitted base on those.
@@ -62,7 +63,7 @@ class Diagnosis:
     causes: tuple[Cause, ...]
     reason: str
     alternatives: tuple[Alternative, ...]
-    observed: Observed
+    observer: ObserverParts
     drive: DrivePart | None
     held_out: tuple[str, ...]
     errors: Errors | None
@@ -79,7 +80,7 @@ class Diagnosis:
     def as_json(self) -> dict[str, Any]:
         """Return what the command line prints."""
         base, after, sure = self.errors, self.extended_errors, self.confidence
-        observers = self.observed.parts.values()
+        observers = self.observer.parts.values()
         return {
             "answer": self.kind,
             "reason": self.reason,
@@ -101,7 +102,7 @@ class Diagnosis:
                 "base": noise_of(one.base for one in observers),
                 "best": noise_of(one.compared for one in observers),
             },
-            "refit": {one.name: one.as_json() for one in self.observed.refit},
+            "refit": {one.name: one.as_json() for one in self.observer.refit},
             "rmse_mm": {
                 "noise_floor": None if base is None else base.noise_floor,
                 "base": None if base is None else base.rmse,
@@ -124,7 +125,7 @@ class Diagnosis:
     @cached_property
     def parts(self) -> dict[str, Part]:
         """Return what observer and drive say, each by itself, by name."""
-        return _parts(self.observed, self.drive)
+        return _parts(self.observer, self.drive)
 
     @property
     def confidence(self) -> Confidence | None:
@@ -187,7 +188,9 @@ def diagnose(
         raise InputError(f"{taken}: exists; a model is never changed, give another --out")
     progress(Stage("look for faults in the runs", 0.0))
     sound = soundness(rig)
-    observer = observed(Fits(rig, rules, progress, threads, {one.run for one in sound.faults}))
+    observer = observer_parts(
+        Fits(rig, rules, progress, threads, {one.run for one in sound.faults})
+    )
     fits, base, best = observer.fits, observer.base, observer.best
     rig = fits.rig
     drive = drive_part(fits, best)
@@ -227,7 +230,7 @@ def diagnose(
     )  # fmt: skip
 
 
-def _parts(observer: Observed, drive: DrivePart | None) -> dict[str, Part]:
+def _parts(observer: ObserverParts, drive: DrivePart | None) -> dict[str, Part]:
     """Return the parts of an answer by their names."""
     parts = {name: one.part for name, one in observer.parts.items()}
     return parts if drive is None else parts | {"drive": drive.part}
@@ -240,9 +243,16 @@ def _taken(parts: Mapping[str, Part]) -> set[str]:
 
 def _together(parts: Mapping[str, Part]) -> tuple[Kind, str]:
     """Return one answer of what robot and drive say each by itself."""
-    one = len(parts) == 1
-    reasons = [part.reason if one else f"{name}: {part.reason}" for name, part in parts.items()]
-    return both({part.kind for part in parts.values()}), "; ".join(reasons)
+    kind, saying = both({part.kind for part in parts.values()}), dict[str, list[str]]()
+    for name, part in parts.items():
+        saying.setdefault(part.reason, []).append(name)
+    if len(parts) == 1:
+        return kind, next(iter(saying))
+    names = {
+        reason: " and ".join([*([", ".join(first)] if first else []), last])
+        for reason, (*first, last) in saying.items()
+    }
+    return kind, "; ".join(f"{names[reason]}: {reason}" for reason in saying)
 
 
 def _alternatives(fits: Fits, parts: Mapping[str, Part]) -> tuple[Alternative, ...]:

@@ -138,11 +138,7 @@ def settled(estimator: Estimator, x: Array) -> Fit:
 
 
 def _rounds(
-    estimator: Estimator,
-    found: Minimum,
-    progress: Progress,
-    count: int,
-    central: bool = True,
+    estimator: Estimator, found: Minimum, progress: Progress, count: int, central: bool = True
 ) -> Fit:
     """Fit whole runs and weigh the process noise in turn, until it stays."""
     before = found._replace(jacobian=np.zeros((0, len(found.x))))
@@ -155,11 +151,7 @@ def _rounds(
 
 
 def _weighed(
-    estimator: Estimator,
-    found: Minimum,
-    progress: Progress,
-    count: int,
-    rounds: int = _ROUNDS,
+    estimator: Estimator, found: Minimum, progress: Progress, count: int, rounds: int = _ROUNDS
 ) -> tuple[Estimator, Minimum, int, bool]:
     """Return the fit at the likeliest process noise, and whether that stayed the same at last."""
     estimator = refined(estimator, found.x)

@@ -71,7 +71,7 @@ def _of_observer(
     found: Diagnosis, rig: HopperRig, menu: Sequence[ProposedRun], progress: Progress
 ) -> Proposal | None:
     """Return the runs that separate best what the observer leaves; None where none does."""
-    part, fits = asked_of(found).part, found.observed.fits
+    part, fits = asked_of(found).part, found.observer.fits
     strict = BEYOND if part.kind in ("NAMED", "PARTIAL") else 1.0
     wide = rig.with_modes({trial.mode for trial in menu})
     setting = Setting(wide, found.rules, fits.repeats(), fits.samples(), strict, fits.threads)

@@ -123,7 +123,7 @@ def asked_of(found: Diagnosis) -> ObserverPart:
 
     The first that is a set, else the first that lists a cause, else the first.
     """
-    parts = list(found.observed.parts.values())
+    parts = list(found.observer.parts.values())
     sets = [one for one in parts if one.part.kind == "SET"]
     return next(iter([*sets, *(one for one in parts if one.causes), *parts]))
 
@@ -155,7 +155,7 @@ def _evident(found: Diagnosis, asked: ObserverPart) -> bool:
 
 def _of(found: Diagnosis, one: Hypothesis, rig: Rig, judged: Sequence[Array] = ()) -> Remaining:
     """Return a hypothesis of one part of the observer, beside what holds in the other."""
-    whole = found.observed.beside(one)
+    whole = found.observer.beside(one)
     shared = whole.estimator.vector.shared
     more = [p for p in rig.base if p.name not in {q.name for q in shared}]
     values = {p.name: p.nominal for p in more} | {p.name: whole.values[p.name] for p in shared}
@@ -182,10 +182,10 @@ def _hidden(found: Diagnosis, rig: Rig) -> list[Remaining]:
 
     They are those that the runs hardly show, and those that show in other modes only.
     """
-    base = _of(found, next(iter(found.observed.parts.values())).base, rig)
+    base = _of(found, next(iter(found.observer.parts.values())).base, rig)
     modes = {facts.mode for facts in found.rig.facts}
-    near = {one.name: one.near for one in found.observed.promises}
-    least = found.rules.suspected * found.observed.fits.repeats()
+    near = {one.name: one.near for one in found.observer.promises}
+    least = found.rules.suspected * found.observer.fits.repeats()
     hidden = [
         one
         for one in rig.candidates

@@ -28,7 +28,7 @@ from workbench.diagnose import (
 from workbench.diagnose.decide import Scored, Versus
 from workbench.diagnose.findings import Alternative, Cause, EstimatedQuantity, Refit
 from workbench.diagnose.hypothesis import Hypothesis
-from workbench.diagnose.observed import Observed
+from workbench.diagnose.observer_parts import ObserverParts
 from workbench.diagnose.rules import RULES
 from workbench.diagnose.screening import Promise
 from workbench.fit import Hopper
@@ -120,7 +120,7 @@ def diagnosis(folder: Path, kind: Kind, base: Hypothesis = NOWHERE) -> Diagnosis
     return Diagnosis(
         rig, kind, causes, "air_drag <b>or</b> nothing",
         (Alternative("root_play", "it is worth less"),),
-        Observed({"observer": observer}, fits),
+        ObserverParts({"observer": observer}, fits),
         DrivePart(part("CLEAN", scored(), *drive), (), regression, ([], [])),
         ("clamped-9", "hop-9"), errors, after, rig,
         (("hop-2", "the rotor turned backwards"),) if kind == "DATA_FAULT" else (), RULES, 51.2,
@@ -195,10 +195,12 @@ def test_words_of_others_are_no_markup(tmp_path: Path) -> None:
 
 def test_what_is_not_there_is_left_out(tmp_path: Path) -> None:
     found = diagnosis(tmp_path, "CLEAN")
-    (observer,) = found.observed.parts.values()
-    found.observed.fits.rig = cast(Any, SimpleNamespace(base=[]))
-    alone = Observed({"observer": replace(observer, promises=(), refit=())}, found.observed.fits)
-    bare = replace(found, observed=alone, drive=None, errors=None, extended_errors=None,
+    (observer,) = found.observer.parts.values()
+    found.observer.fits.rig = cast(Any, SimpleNamespace(base=[]))
+    alone = ObserverParts(
+        {"observer": replace(observer, promises=(), refit=())}, found.observer.fits
+    )
+    bare = replace(found, observer=alone, drive=None, errors=None, extended_errors=None,
                    extended=None, held_out=())  # fmt: skip
     html = html_of(tmp_path, bare)
     assert "no run was held out" in html

@@ -78,7 +78,7 @@ def write_diagnosis(
             None without one.
         folders: run -> its bundle, for the command that shows it.
     """
-    fitted = len(found.observed.base.blocks)
+    fitted = len(found.observer.base.blocks)
     about = f"{found.kind}: {found.rig.name}, {fitted} runs fitted, {len(found.held_out)} held out"
     sections = [
         ("Warnings", warning_list(_warnings(found))),
@@ -149,7 +149,7 @@ def _warnings(found: Diagnosis) -> Iterator[str]:
 
 def _missing(found: Diagnosis) -> Markup:
     """Return what force the refitted base misses, and what it depends on."""
-    missing = missing_force(found.observed.base, found.rules)
+    missing = missing_force(found.observer.base, found.rules)
     if missing is None:
         return Markup()
     opening = Markup("<p>{}.</p>").format(_sentence(missing.sentence))
@@ -190,9 +190,9 @@ def _residuals(found: Diagnosis) -> Markup:
 
 def _gains(found: Diagnosis) -> Markup:
     """Return what each candidate was estimated to gain, and what it gained when it was fitted."""
-    repeats = found.observed.fits.repeats()
+    repeats = found.observer.fits.repeats()
     listed = {one.name for one in found.causes}
-    estimated = {(one.name,): one.gain / repeats for one in found.observed.promises}
+    estimated = {(one.name,): one.gain / repeats for one in found.observer.promises}
     fitted = {
         names: gain for part in found.parts.values() for names, gain in _fitted(part, found.rules)
     }
@@ -229,12 +229,12 @@ def _alternatives(found: Diagnosis) -> Markup:
     reason = Markup("<p>{}.</p>").format(_sentence(_spoken(found.reason)))
     rows = [(_spoken(one.name), _spoken(one.why_not)) for one in found.alternatives]
     listed = {one.name for one in (*found.alternatives, *found.causes)}
-    best = found.observed.promises[0].gain if found.observed.promises else 0.0
-    repeats, rules = found.observed.fits.repeats(), found.rules
+    best = found.observer.promises[0].gain if found.observer.promises else 0.0
+    repeats, rules = found.observer.fits.repeats(), found.rules
     rows += [
         (_spoken(one.name), f"not fitted: its estimated gain is {digits(one.gain / repeats)}, "
          f"{100 * one.gain / best:.2g} % of the greatest")
-        for one in found.observed.promises
+        for one in found.observer.promises
         if one.name not in listed and one.gain / repeats > rules.least_gain
     ]  # fmt: skip
     return reason + table(rows, ("Cause", "Why it is out"), css="facts") if rows else reason
@@ -262,7 +262,7 @@ def _next_steps(found: Diagnosis, next_run: str | None) -> Iterator[str]:
     clean = found.kind == "CLEAN"
     yield _MORE if clean and next_run is not None else _ADVICE[found.kind]
     for cause in found.causes:
-        candidate = found.observed.fits.candidates.get(cause.name)
+        candidate = found.observer.fits.candidates.get(cause.name)
         if candidate is not None and candidate.separated_by:
             yield f"What shows whether it is {_spoken(cause.name)}: {candidate.separated_by}."
     if found.extended is not None:

@@ -71,7 +71,7 @@ def causes(found: Diagnosis) -> Markup:
 
 def refit(found: Diagnosis) -> Markup:
     """Return the model's own numbers, nominal and as the fit has them, farthest moved first."""
-    moved = sorted(found.observed.refit, key=lambda one: -abs(one.share))
+    moved = sorted(found.observer.refit, key=lambda one: -abs(one.share))
     rows = [
         (_spoken(one.name), digits(one.stated), digits(one.now),
          f"{digits(one.low)} to {digits(one.high)}", one.unit, f"{one.share:+.2f}")
@@ -80,7 +80,7 @@ def refit(found: Diagnosis) -> Markup:
     if not rows:
         return Markup()
     heads = ("Number", "Nominal", "Now", "90 % interval", "Unit", "Of tolerance")
-    holder = together([_spoken(name) for name in found.observed.best.names])
+    holder = together([_spoken(name) for name in found.observer.best.names])
     words = (
         f"As the model has them beside {holder}." if holder else "As the refitted base has them."
     ) + " Each number was fitted within its tolerance; 1 is a whole one."

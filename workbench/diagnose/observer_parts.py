@@ -19,11 +19,11 @@ from workbench.diagnose.observer_part import ObserverPart, observer_part, shortl
 from workbench.diagnose.screening import Promise
 from workbench.progress import portion
 
-__all__ = ["Observed", "observed"]
+__all__ = ["ObserverParts", "observer_parts"]
 
 
 @dataclass(frozen=True, eq=False)
-class Observed:
+class ObserverParts:
     """What the observer says.
 
     Args:
@@ -72,7 +72,7 @@ class Observed:
         return tuple(by_name[one.name] for one in self.fits.rig.base)
 
 
-def observed(fits: Fits) -> Observed:
+def observer_parts(fits: Fits) -> ObserverParts:
     """Return what the observer says.
 
     Args:
@@ -94,4 +94,4 @@ def observed(fits: Fits) -> Observed:
         parts[name] = observer_part(hopping, shortlisted(hopping, hopping.base()))
     every = fits.of(still.rig) if len(parts) > 1 else next(iter(parts.values())).fits
     every.progress = progress
-    return Observed(parts, every)
+    return ObserverParts(parts, every)
