@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import scipy
 
-from workbench.diagnose.decide import Kind, Scored, Shown, both, decide, versus
+from workbench.diagnose.decide import Kind, Scored, Shown, decide, versus
+from workbench.diagnose.diagnosis import both
 from workbench.diagnose.rules import RULES
 
 SECONDS, SAMPLES = 40, 9600
@@ -94,6 +95,9 @@ def test_a_sure_gain_that_runs_held_out_leave_open_is_no_clean_model() -> None:
         assert found.kind == kind
     left_open = decide(whole, [scored("a", gain=gain, held=-3.0)], SAMPLES, RULES)
     assert left_open.reason == "a may be there, but the runs held out do not confirm it"
+    alone = [replace(one, held=()) for one in (whole, scored("a", gain=gain))]
+    unjudged = decide(alone[0], alone[1:], SAMPLES, RULES)
+    assert unjudged.reason == "a may be there, but no run that could confirm it is held out"
 
 
 def test_what_is_left_beside_a_cause_is_told() -> None:

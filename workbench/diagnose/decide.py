@@ -10,7 +10,6 @@ same seconds prefer it to every other; those that are not behind are a set with 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 from workbench.diagnose.rules import Rules
 from workbench.diagnose.wording import digits, together
 
-__all__ = ["Kind", "Part", "Scored", "Shown", "Versus", "both", "chosen", "comparable", "decide",
+__all__ = ["Kind", "Part", "Scored", "Shown", "Versus", "chosen", "comparable", "decide",
            "versus"]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -210,18 +209,6 @@ def decide(base: Scored, tried: Sequence[Scored], samples: float, rules: Rules) 
     return Part(kind, best, alike, best.missing, explained, reason, compared)
 
 
-def both(kinds: AbstractSet[Kind]) -> Kind:
-    """Return one answer of what robot and drive say each by itself.
-
-    Where one of them has something left, the answer is partial, however sure the other is.
-    """
-    if kinds & {"PARTIAL", "NONE"}:
-        return "PARTIAL" if kinds - {"NONE", "CLEAN"} else "NONE"
-    if "SET" in kinds:
-        return "SET"
-    return "NAMED" if "NAMED" in kinds else "CLEAN"
-
-
 def comparable(base: Scored, tried: Sequence[Scored], rules: Rules) -> tuple[Scored, list[Scored]]:
     """Return the base and what was tried, as they are to be compared.
 
@@ -386,8 +373,12 @@ def _without(
     left = base.missing
     if suspects and left <= 1:
         alike = tuple(one for one, _ in suspects)
-        names = ", ".join(one.names[0] for one in alike)
-        reason = f"{names} may be there, but the runs held out do not confirm it"
+        reason = f"{', '.join(one.names[0] for one in alike)} may be there, but "
+        reason += (
+            "the runs held out do not confirm it"
+            if base.held
+            else "no run that could confirm it is held out"
+        )
         return Part("SET", alike[0], alike, left, 0.0, reason, compared)
     if left > 1:
         reason = f"{_missing_words(left)}, and no known cause explains it"

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from collections.abc import Set as AbstractSet
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -21,7 +22,7 @@ from typing import Any
 
 from workbench.data_quality import soundness
 from workbench.diagnose.confidence import Confidence, confidence_in
-from workbench.diagnose.decide import Kind, Part, both, versus
+from workbench.diagnose.decide import Kind, Part, versus
 from workbench.diagnose.drive_part import DrivePart, drive_part
 from workbench.diagnose.findings import Alternative, Cause
 from workbench.diagnose.fits import Fits
@@ -34,7 +35,7 @@ from workbench.diagnose.wording import digits, together
 from workbench.errors import InputError
 from workbench.progress import Progress, Stage
 
-__all__ = ["Diagnosis", "diagnose"]
+__all__ = ["Diagnosis", "both", "diagnose"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -239,6 +240,18 @@ def _parts(observer: ObserverParts, drive: DrivePart | None) -> dict[str, Part]:
 def _taken(parts: Mapping[str, Part]) -> set[str]:
     """Return the names of the causes that the model which is written has."""
     return {name for part in parts.values() for name in part.best.names}
+
+
+def both(kinds: AbstractSet[Kind]) -> Kind:
+    """Return one answer of what robot and drive say each by itself.
+
+    Where one of them has something left, the answer is partial, however sure the other is.
+    """
+    if kinds & {"PARTIAL", "NONE"}:
+        return "PARTIAL" if kinds - {"NONE", "CLEAN"} else "NONE"
+    if "SET" in kinds:
+        return "SET"
+    return "NAMED" if "NAMED" in kinds else "CLEAN"
 
 
 def _together(parts: Mapping[str, Part]) -> tuple[Kind, str]:
