@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from tests.diagnose.hidden import DOCUMENT, Asked, runs_of, truth
 from tests.identify.robots import MODEL, SHAPE, released
 from workbench.diagnose import Diagnosis, HopperRig, diagnose
+from workbench.diagnose.candidates import Candidates, hopper_candidates
+from workbench.diagnose.mesh import _Mesh
+from workbench.diagnose.rules import RULES
 from workbench.fit import FINER
 from workbench.report import finer_beam
 from workbench.schemas import load_model
@@ -65,3 +70,38 @@ def test_a_mesh_that_a_base_took_for_a_cause_is_given_back(tmp_path: Path) -> No
     assert load_model(str(found.extended.source), Path()).content.increments == 16
     torque = found.causes[0].quantities["torque"]
     assert torque.low < 7e-4 < torque.high
+
+
+class Moved:
+    """Fits of a mesh by which a cause that is moved to it costs so much."""
+
+    rules, candidates = RULES, Candidates.of(hopper_candidates({"clamped"}, ()))
+
+    def __init__(self, cost: float) -> None:
+        self.progress, self._cost = str, cost
+
+    def weighed(self, one: Any) -> Any:
+        return one
+
+    def missing(self, one: Any) -> float:
+        return 0.0
+
+    def moved(self, one: Any) -> Any:
+        return SimpleNamespace(names=one.names, cost=self._cost)
+
+    def samples(self, names: Any = ()) -> int:
+        return 10_000
+
+    def repeats(self) -> float:
+        return 1.0
+
+
+def test_a_mesh_is_not_changed_for_a_cause_of_no_practical_size() -> None:
+    """Beside the base of the mesh that is less likely, it seemed to gain more than it does."""
+    leader: Any = SimpleNamespace(names=("tether",), cost=-30.0)
+    least = RULES.practical(10_000)
+    for cost, preferred in ((-least - 1, True), (-least + 1, False), (-29.0, False)):
+        fits: Any = Moved(cost)
+        bases: list[Any] = [SimpleNamespace(cost=0.0), SimpleNamespace(cost=70.0)]
+        own, other = _Mesh(fits, bases[0]), _Mesh(fits, bases[1])
+        assert other.prefers(own, leader) is preferred

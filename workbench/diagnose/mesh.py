@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from workbench.diagnose.fits import Fits
 from workbench.diagnose.hypothesis import Hypothesis
-from workbench.diagnose.observer_part import ObserverPart, observer_part, shortlisted
+from workbench.diagnose.observer_part import ObserverPart, observer_part, practical, shortlisted
 from workbench.diagnose.wording import together
 from workbench.progress import portion
 
@@ -23,11 +23,17 @@ class _Mesh(NamedTuple):
     fits: Fits
     base: Hypothesis
 
-    def prefers(self, fits: Fits, leader: Hypothesis) -> bool:
-        """Return whether a hypothesis with causes, of other fits, is likelier by it."""
-        fits.progress(f"fit {together(leader.names)} by the other mesh")
-        leader = fits.weighed(leader)
-        return _moved(leader, fits, self.fits).cost < leader.cost
+    def prefers(self, other: _Mesh, leader: Hypothesis) -> bool:
+        """Return whether a hypothesis with causes, by another mesh, is surely likelier by this one.
+
+        It gains what is of a practical size on the base by either mesh: beside the base of the mesh
+        that is less likely, what makes up for that gained 141 where no cause was.
+        """
+        other.fits.progress(f"fit {together(leader.names)} by the other mesh")
+        leader = other.fits.weighed(leader)
+        moved = _moved(leader, other.fits, self.fits)
+        gain = min(self.base.cost, other.base.cost) - moved.cost
+        return moved.cost < leader.cost and gain > practical(self.fits, moved)
 
 
 def by_mesh(fits: Fits) -> ObserverPart:
@@ -51,11 +57,11 @@ def by_mesh(fits: Fits) -> ObserverPart:
         return observer_part(own.fits, listed)
     gain = own.base.cost - listed.leader.cost
     asked = listed.leader if gain > fits.rules.least_gain else own.base
-    if asked.names and other.prefers(own.fits, asked):
+    if asked.names and other.prefers(own, asked):
         own, other = other, own
         listed = shortlisted(*own)
     found = observer_part(own.fits, listed)
-    if found.leader.names not in ((), asked.names) and other.prefers(own.fits, found.leader):
+    if found.leader.names not in ((), asked.names) and other.prefers(own, found.leader):
         return observer_part(other.fits, shortlisted(*other))
     return found
 

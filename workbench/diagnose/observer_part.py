@@ -18,7 +18,7 @@ from workbench.diagnose.wording import together
 from workbench.fit import LIMITS
 from workbench.progress import Stage
 
-__all__ = ["ObserverPart", "Shortlist", "observer_part", "shortlisted"]
+__all__ = ["ObserverPart", "Shortlist", "observer_part", "practical", "shortlisted"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,7 +257,7 @@ def _firm(fits: Fits, base: Hypothesis, singles: Sequence[Hypothesis]) -> list[H
         return []
     leader = singles[0]
     found = versus(_scored(fits, leader), _scored(fits, base))
-    if found.gain < _practical(fits, leader) or (fits.missing(leader) <= 1 and found.held > 0):
+    if found.gain < practical(fits, leader) or (fits.missing(leader) <= 1 and found.held > 0):
         return list(singles)
     fits.progress(f"fit {together(leader.names)} from a far start")
     again = fits.whole(leader.names, leader.values)
@@ -271,13 +271,14 @@ def _asks_for_more(fits: Fits, base: Hypothesis, leader: Hypothesis, hidden: boo
     to 50 by chance wherever a fit of them begins, and each pair of them takes half a minute.
     """
     rules, gain = fits.rules, base.cost - leader.cost
-    small = hidden or all(fits.candidates.frees(name) for name in leader.names)
-    nearly = rules.near * _practical(fits, leader)
-    return gain / fits.repeats() > (rules.least_gain if small else max(rules.least_gain, nearly))
+    nearly = 0.0 if hidden else rules.near * practical(fits, leader)
+    return gain / fits.repeats() > max(rules.least_gain, nearly)
 
 
-def _practical(fits: Fits, one: Hypothesis) -> float:
-    """Return the gain over the base that is of a practical size."""
+def practical(fits: Fits, one: Hypothesis) -> float:
+    """Return the gain over the base that is of a practical size, or no chance of numbers freed."""
+    if all(fits.candidates.frees(name) for name in one.names):
+        return fits.rules.no_chance(fits.candidates.numbers(one.names))
     samples = fits.samples(one.names) / fits.repeats()
     return fits.rules.practical(samples, fits.candidates.numbers(one.names))
 

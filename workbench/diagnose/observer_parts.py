@@ -78,9 +78,8 @@ def observer_parts(fits: Fits) -> ObserverParts:
     Args:
         fits: of all runs.
     """
-    progress, landing = fits.progress, fits.landing
-    still = fits.of(fits.rig, landing) if landing else fits
-    hops = [run for run in fits.train if run in landing]
+    progress, hops = fits.progress, [run for run in fits.train if run in fits.landing]
+    still = fits.of(fits.rig, fits.landing) if hops else fits
     parts, best = dict[str, ObserverPart](), None
     if still.train:
         still.progress = portion(progress, 0.1, 0.6 if hops else 0.85)
@@ -92,6 +91,6 @@ def observer_parts(fits: Fits) -> ObserverParts:
         hopping.progress = portion(progress, 0.6 if parts else 0.1, 0.85)
         hopping.progress("fit the floor to the hops" if parts else "fit the base")
         parts[name] = observer_part(hopping, shortlisted(hopping, hopping.base()))
-    every = fits.of(still.rig) if len(parts) > 1 else next(iter(parts.values())).fits
+    every = fits.of(still.rig) if hops else still
     every.progress = progress
     return ObserverParts(parts, every)
