@@ -73,8 +73,8 @@ def behind(found: Diagnosis) -> dict[str, Any]:
     """Return what an answer rests on, so that thresholds can be studied on lines that are kept.
 
     Returns:
-        `promises`: the best few with their gain; for robot and drive what is `missing` and the best
-        hypotheses with their gain, fitted and held out, and how sure they are.
+        `promises`: the best few with their gain; for held runs, hops and drive what is `missing`
+        and the best hypotheses with their gain, fitted and held out, and how sure they are.
     """
     promises = [[one.name, round(one.gain, 2)] for one in found.observer.promises[:_FEW]]
     parts = {

@@ -86,6 +86,10 @@ class Candidates(dict[str, Candidate]):
         """Return whether a candidate frees numbers of the model, and adds none."""
         return name in self and bool(self[name].frees)
 
+    def parameters(self, names: Iterable[str]) -> list[Parameter]:
+        """Return the quantities of some candidates, in their order."""
+        return [p for name in names for p in self[name].quantities.values()]
+
     def numbers(self, names: Collection[str]) -> int:
         """Return how many numbers some candidates release."""
         return sum(len(self[name].quantities) + len(self[name].frees) for name in names)

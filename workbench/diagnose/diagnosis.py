@@ -243,7 +243,7 @@ def _taken(parts: Mapping[str, Part]) -> set[str]:
 
 
 def both(kinds: AbstractSet[Kind]) -> Kind:
-    """Return one answer of what robot and drive say each by itself.
+    """Return one answer of what held runs, hops and drive say each by itself.
 
     Where one of them has something left, the answer is partial, however sure the other is.
     """
@@ -255,7 +255,7 @@ def both(kinds: AbstractSet[Kind]) -> Kind:
 
 
 def _together(parts: Mapping[str, Part]) -> tuple[Kind, str]:
-    """Return one answer of what robot and drive say each by itself."""
+    """Return one answer of what held runs, hops and drive say each by itself."""
     kind, saying = both({part.kind for part in parts.values()}), dict[str, list[str]]()
     for name, part in parts.items():
         saying.setdefault(part.reason, []).append(name)

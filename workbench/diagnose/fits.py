@@ -100,7 +100,7 @@ class Fits:
     @cached_property
     def felt(self) -> frozenset[str]:
         """Return the names of the shared numbers, candidates' too, that a fitted run can show."""
-        every = [p for one in self.candidates.values() for p in one.quantities.values()]
+        every = self.candidates.parameters(self.candidates)
         system = self.rig.system(self.train, [*self.rig.base, *every], self._nominal)
         shared, runs = system.parameters[: len(self.rig.base) + len(every)], range(len(self.train))
         return frozenset(p.name for p in shared if any(system.feels(k, p) for k in runs))
@@ -225,7 +225,7 @@ class Fits:
 
     def _every(self, at: Hypothesis) -> tuple[Estimator, Array, Array]:
         """Return a hypothesis' estimator and numbers with all candidates, and their steps."""
-        every = [p for one in self.candidates.values() for p in one.quantities.values()]
+        every = self.candidates.parameters(self.candidates)
         estimator, x = self._estimator(at, [*self.rig.base, *every])
         known = dict(zip(at.values, reaches(at.jacobian), strict=True))
         steps = np.array([known.get(p.name, NEAREST) for p in estimator.vector.parameters])
@@ -247,7 +247,7 @@ class Fits:
         A point far off T makes other inputs, so that such a hypothesis is fitted as the base is, as
         is one of another machine.
         """
-        others = {p.name for n in near.names for p in self.candidates[n].quantities.values()}
+        others = {p.name for p in self.candidates.parameters(near.names)}
         known = {name: value for name, value in near.values.items() if name in others}
         if self.far(names) and not self.far(near.names):
             return self.whole(tuple(names), known | self._shown)
@@ -332,7 +332,7 @@ class Fits:
         """Return the parameters of a hypothesis, its candidates and what they free released."""
         freed = {free for name in names for free in self.candidates[name].frees}
         base = [replace(p, released=True) if p.name in freed else p for p in self.rig.base]
-        more = [p for name in names for p in self.candidates[name].quantities.values()]
+        more = self.candidates.parameters(names)
         return [*base, *(replace(p, released=True) for p in more)]
 
     def _moving(self, names: Sequence[str]) -> dict[str, bool]:

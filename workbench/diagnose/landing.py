@@ -93,7 +93,7 @@ class HopFits(Fits):
 
     def _own(self, one: Hypothesis) -> dict[str, float]:
         """Return the numbers of a hypothesis' candidates."""
-        own = {p.name for name in one.names for p in self.candidates[name].quantities.values()}
+        own = {p.name for p in self.candidates.parameters(one.names)}
         every = zip(one.estimator.vector.parameters, one.x, strict=True)
         return {p.name: float(x) for p, x in every if p.name in own}
 
