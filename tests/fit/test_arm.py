@@ -17,13 +17,22 @@ RADIUS_M, NOISE_M, RATE_HZ = 0.035, 3e-4, 120
 STEPS = ((0.0, 15.0),)
 
 
+def turned(times: np.ndarray, droop: float = 0.0, ripple: float = 0.0) -> np.ndarray:
+    """Return the rotor's true angle against T, (n,) [rad]."""
+    angle = np.pi / 2 + (1 - droop) * commanded_angle(times, STEPS, 1.0, 0.05, 0.0)
+    return angle + ripple / 2 * (1 - np.cos(2 * (angle - angle[0])))
+
+
 def filmed(
-    forward: float, up: float, droop: float = 0.0, seed: int = 1
+    forward: float, up: float, droop: float = 0.0, seed: int = 1, ripple: float = 0.0
 ) -> tuple[Hopper, np.ndarray]:
-    """Return a run whose T swings and turns, seen from a point off it, and its turn [rad]."""
+    """Return a run whose T swings and turns, seen from a point off it, and its turn [rad].
+
+    Its speed varies twice a turn by the share `ripple`.
+    """
     rng = np.random.default_rng(seed)
     times = np.arange(-RATE_HZ, 4 * RATE_HZ) / RATE_HZ
-    angle = np.pi / 2 + (1 - droop) * commanded_angle(times, STEPS, 1.0, 0.05, 0.0)
+    angle = turned(times, droop, ripple)
     moving = times > 0
     turn = np.where(moving, 0.08 * np.sin(angle + 0.4), 0.0)
     world = angle + turn
@@ -70,6 +79,19 @@ def test_angles_about_t_are_those_of_the_rotor() -> None:
     off -= 2 * np.pi * np.round(np.median(off) / (2 * np.pi))
     assert np.sqrt(np.mean(off**2)) < 2 * NOISE_M / RADIUS_M
     assert np.sqrt(np.mean((seen - true - np.median(seen - true)) ** 2)) > 0.3
+
+
+@pytest.mark.parametrize("ripple", [0.0, 0.04])
+@pytest.mark.parametrize("up", [0.0, 0.001, 0.02])
+def test_the_input_is_the_angle_about_t_wherever_the_point_taken_for_it_sits(
+    up: float, ripple: float
+) -> None:
+    system, turn = filmed(0.0, up, ripple=ripple)
+    found = system.angle_against_top(0, np.column_stack([turn, np.zeros(len(turn))]))
+    assert found is not None
+    times = system.times(0)
+    off = (found - turned(times, ripple=ripple))[times > 0.5]
+    assert np.sqrt(np.mean(off**2)) < 0.25 * NOISE_M / RADIUS_M
 
 
 @pytest.mark.parametrize("droop", [0.0, 0.02])

@@ -49,7 +49,8 @@ class DriveFits:
         tolerances: column -> its prior deviation [SI].
         runs: numbers of the driven runs in their system.
         edges: (r + 1,) of the runs, in blocks.
-        angles: of each driven run, (n,) as commanded [rad].
+        angles: of each driven run, (n,) as commanded, about the point taken for T [rad].
+        arm: where that point sits.
         columns: of each, name -> (n,) what a number of 1 adds to it [rad].
     """
 
@@ -59,6 +60,7 @@ class DriveFits:
     runs: tuple[int, ...]
     edges: tuple[int, ...]
     angles: tuple[Array, ...]
+    arm: Arm
     columns: tuple[Mapping[str, Array], ...]
 
     def solved(self, names: Sequence[str]) -> Solved:
@@ -85,7 +87,7 @@ class DriveFits:
         angle = self.angles[at].copy()
         for name, number in zip(self.linear.names, found.x, strict=True):
             angle += number * self.columns[at].get(name, 0.0)
-        return angle
+        return self.arm.true_angle(angle)
 
     def values(self, found: Solved, name: str) -> dict[str, tuple[float, float]]:
         """Return quantity -> value and standard error of a candidate [SI]."""
@@ -150,8 +152,9 @@ def drive_fits(system: Hopper, turns: Sequence[Array], arm: Arm) -> DriveFits:
     left = np.concatenate([np.zeros(0), *white])
     linear = Linear(names, alone, np.zeros(len(names)), left, jacobian, np.array(edges))
     return DriveFits(
-        linear, quantities, tolerances, tuple(driven), tuple(ends), tuple(angles), tuple(columns)
-    )
+        linear, quantities, tolerances, tuple(driven), tuple(ends), tuple(angles), arm,
+        tuple(columns),
+    )  # fmt: skip
 
 
 def _columns(
@@ -171,9 +174,8 @@ def _columns(
 
     usual = angle(delay, lag)
     speed = np.gradient(usual, step)
-    about = system.turned[k]
-    assert about is not None
-    phase = arm.true_angle(about)
+    phase = system.turned[k]
+    assert phase is not None
     absolute = phase + turn
     radius = arm.radius if arm.known else system.robot.values["rotor_radius"]
     on = tuple((t, float(np.sign(w))) for t, w in run.steps)
@@ -193,7 +195,7 @@ def _columns(
         "lag": (angle(delay, lag * 1.01 + 1e-4) - usual) / (lag * 0.01 + 1e-4),
         "gain": usual,
     }
-    usual = usual + about - phase
+    usual = usual + arm.seen_angle(phase) - phase
     start = float(np.nanmedian((seen - usual)[: round(_FIRST_S / step)]))
     return seen, usual + start, columns
 
@@ -208,9 +210,9 @@ def _near(system: Hopper, k: int, arm: Arm) -> Array:
     A place is seen with the same noise everywhere, an angle with the more the shorter its arm is.
     White noise is taken over the whole run, noise with a memory at rest.
     """
-    about = system.turned[k]
-    assert about is not None
-    length = arm.length(about)
+    phase = system.turned[k]
+    assert phase is not None
+    length = arm.length(arm.seen_angle(phase))
     usual = length[0] if system.rotor_noise(k).memory else np.median(length)
     return np.asarray(length / usual)
 

@@ -32,7 +32,6 @@ from workbench.fit import (
     Parameter,
     ParameterVector,
     System,
-    arm_of,
     fit_system,
     likeliest,
     minimised,
@@ -51,7 +50,6 @@ _STEPS = 6  # evaluations of one refit
 _ROUNDS = 2  # of weighing the process noise
 _OFF = 0.1
 _WIDE = 5.0  # deviations of what another machine has more
-_OFFSET = "marker_offset"
 """Candidate that the rotor's arm shows. Beyond its tolerance neither the rotor's angle nor what is
 seen of T is straight in it: 20 mm on an arm of 35 mm bend the angle by 0.6 rad each turn."""
 
@@ -85,7 +83,7 @@ class Fits:
         self.held = [k for k in runs if rig.roles[k] != "train"]
         self.candidates = Candidates.of(rig.candidates)
         self._modes = [one.mode for one in rig.facts]
-        self._held: dict[bool, Estimator] = {}
+        self._unseen: Estimator | None = None
         self._limited: dict[Hypothesis, Hypothesis] = {}
         self._weighed: dict[Hypothesis, Hypothesis] = {}
         self._judged: dict[Hypothesis, tuple[Array, ...]] = {}
@@ -114,15 +112,6 @@ class Fits:
     def _nominal(self) -> System:
         """Return the fitted runs with the base alone."""
         return self.rig.system(self.train, self.rig.base)
-
-    @cached_property
-    def _shown(self) -> dict[str, float]:
-        """Return what the rotor's arm shows of the point taken for T, where that is far off T."""
-        if _OFFSET not in self.candidates or not isinstance(self._nominal, Hopper):
-            return {}
-        arm, parameters = arm_of(self._nominal), self.candidates[_OFFSET].quantities.values()
-        far = [abs(v) > p.deviation for v, p in zip(arm.offset, parameters, strict=True)]
-        return {p.name: float(v) for v, p in zip(arm.offset, parameters, strict=True) if any(far)}
 
     def little(self, name: str) -> float:
         """Return what a candidate must promise at least to be fitted alone."""
@@ -244,13 +233,10 @@ class Fits:
 
         Only the end is simulated in full steps; on the way what coarse ones do otherwise is taken
         to be what it is at the neighbour, and derivatives are those there, brought up to date.
-        A point far off T makes other inputs, so that such a hypothesis is fitted as the base is, as
-        is one of another machine.
+        Another machine is fitted as the base is.
         """
         others = {p.name for p in self.candidates.parameters(near.names)}
         known = {name: value for name, value in near.values.items() if name in others}
-        if self.far(names) and not self.far(near.names):
-            return self.whole(tuple(names), known | self._shown)
         added = [self.candidates[name] for name in names if name not in near.names]
         if any(one.unlike for one in added):
             absent = [p for one in added if one.unlike for p in one.absent]
@@ -286,10 +272,6 @@ class Fits:
         if not wide or self.missing(one) <= 1:
             return one
         return min(one, self.likelier(self.whole(names, known | wide, wide)), key=by_cost)
-
-    def far(self, names: Collection[str]) -> bool:
-        """Return whether candidates have the point taken for T far off T, as the arm shows it."""
-        return _OFFSET in names and bool(self._shown)
 
     def weighed(self, one: Hypothesis) -> Hypothesis:
         """Return a hypothesis fitted again at the process noise that makes it most likely."""
@@ -386,14 +368,12 @@ class Fits:
 
     def unseen(self, one: Hypothesis) -> Estimator:
         """Return the estimator of the runs held out, their inputs made by the first that asks."""
-        before = self._held.get(self.far(one.names))
-        like = None if before is None else before.system
+        like = self._unseen and self._unseen.system
         system = self.rig.system(self.held, one.estimator.vector.shared, like)
         vector = self._vector(system)
         whole = self._whole(one)
         noise = {group: max(q, whole[group]) for group, q in one.estimator.noise.items()}
         estimator = Estimator.of(system, vector, noise, self.threads)
-        if before is None:
-            estimator = refined(estimator, vector.named(one.values))
-            self._held[self.far(one.names)] = estimator
+        if like is None:
+            estimator = self._unseen = refined(estimator, vector.named(one.values))
         return estimator

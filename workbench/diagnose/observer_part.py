@@ -94,11 +94,9 @@ def shortlisted(fits: Fits, base: Hypothesis) -> Shortlist:
     hidden = fits.missing(base) > 1
     share = rules.promising * most
     least = {one.name: share if hidden else max(share, fits.little(one.name)) for one in promises}
-    far = [one for one in promises if fits.far([one.name])]
     unlike = [one for one in promises if hidden and fits.candidates[one.name].unlike]
-    near = [one for one in promises if one not in (*far, *unlike)]
-    short = [one for one in near if one.gain >= least[one.name]]
-    short = [*short[: max(rules.shortlist - len(far), 0)], *far]
+    near = [one for one in promises if one not in unlike and one.gain >= least[one.name]]
+    short = near[: rules.shortlist]
     found: list[tuple[Promise, Hypothesis]] = []
     for number, one in enumerate(short):
         progress(Stage(f"fit {one.name}", 0.15 + 0.45 * number / len(short)))

@@ -66,10 +66,6 @@ class Arm:
         """Return whether a rotor turned."""
         return bool(np.isfinite(self.deviation).all())
 
-    def bends(self, sigma: float) -> bool:
-        """Return whether it bends the angle by more than a sample's noise [rad]."""
-        return self.known and float(np.hypot(*self.offset)) > sigma * self.radius
-
     def true_angle(self, seen: Array) -> Array:
         """Return angles about T, (n,) [rad], of angles (n,) about the point taken for it [rad]."""
         if not self.known:

@@ -72,8 +72,8 @@ class Hopper:
         runs: measured.
         free: parameters of the model that are fitted.
         candidates: parameter -> effect and quantity of an extension that are fitted as well.
-        turned: (n,) angle of each run's rotor against T at every observed sample [rad]; None where
-            nothing drives it.
+        turned: (n,) angle of each run's rotor against T at every observed sample [rad], about T
+            itself; None where nothing drives it.
         warmth: share by which the beam's stiffness may differ from run to run, a standard
             deviation: a strip warms, and a clamp sits anew.
         coloured: channel -> its noise, where that has a memory; None takes what the runs show.
@@ -241,7 +241,7 @@ class Hopper:
         elif (turned := self.turned[run]) is not None:
             offset, slope = (values.get(p, 0.0) for p in own.phase)
             angle = turned + offset + slope * np.linspace(-1, 1, len(turned))
-            angle = view.true_angle(angle, radius)
+            angle = angle - view.tilt
             control[:-1], start_angle = np.diff(angle) / self.sample_s, float(angle[0])
         height = one.height
         if own.height is not None:
@@ -330,7 +330,7 @@ class Hopper:
     def angle_against_top(self, run: int, qpos: Array) -> Array | None:
         """Return a rotor's angle against T, (n,) [rad]; None where none is driven.
 
-        It is smooth as the motor turns: about T, wherever the point taken for it sits.
+        About T, wherever the arm shows the point taken for it: no hypothesis changes the input.
 
         Args:
             run: its number.
@@ -342,11 +342,8 @@ class Hopper:
         angle, turn = self.world_angle(run), self.turn_of_top(run, qpos)
         arm = arm_of(self, [turn if k == run else None for k in range(len(self.runs))])
         sigma, memory = self.rotor_noise(run)
-        bent = arm.bends(sigma)
-        angle = arm.true_angle(angle - turn) + turn if bent else angle
-        torque = self.motor_torque(run)
-        fit = fit_drive(self.times(run), angle, one.steps, sigma, turn, memory, torque)
-        return arm.seen_angle(fit.angle) if bent else fit.angle
+        angle, torque = arm.true_angle(angle - turn) + turn, self.motor_torque(run)
+        return fit_drive(self.times(run), angle, one.steps, sigma, turn, memory, torque).angle
 
     def motor_torque(self, run: int) -> Torque:
         """Return the torque of a run's motor by the rotor's angle, from where T was seen."""
