@@ -2,6 +2,7 @@
 
     python -m benchmarks.bank --seed 1 --cases 40 --work build/bank
     python -m benchmarks.bank --seed 34 --cases 200 --reduced
+    python -m benchmarks.bank --seed 56 --cases 200 --held
     python -m benchmarks.bank --seed 38 --cases 40 --hops
     python -m benchmarks.bank --seed 46 --cases 200 --hops --of foot_cg sole_adhesion
     python -m benchmarks.bank --seed 1 --flip hinge_cubic_stiffness
@@ -9,11 +10,12 @@
 One line of JSON is kept for each case beside the page, where it is versioned: a later call, on any
 machine, goes on where one was stopped, and the page tells of all draws that were ever kept. Cases
 lie in the work folder's `cases`, their labels in `sealed`; a process of its own answers, which is
-given the case's folder only. With `--reduced` cases have five runs of three seconds without a hop:
-a night holds hundreds. With `--hops` all have twelve runs with three hops among them, and causes of
-about the size that is asked, for to size one on hops takes half an hour. `--of` takes only the
-cases with one of the effects named. With `--flip` the cases of one effect are answered once more by
-a twin that has it with the wrong sign.
+given the case's folder only. With `--held` cases have nine runs of eight seconds without a hop. With
+`--reduced` they have five of three seconds: a night holds hundreds, and what is small hardly shows.
+With `--hops` all have twelve runs with three hops among them, and causes of about the size that is
+asked, for to size one on hops takes half an hour. `--of` takes only the cases with one of the
+effects named. With `--flip` the cases of one effect are answered once more by a twin that has it
+with the wrong sign.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.bank.baselines import NAMES
-from benchmarks.bank.cases import draw_cases, hopping, reduced
+from benchmarks.bank.cases import draw_cases, held, hopping, reduced
 from benchmarks.bank.kept import keep_all, kept
 from benchmarks.bank.one_case import Line, engine, run_case
 from benchmarks.bank.resolving import ties_of
@@ -95,6 +97,7 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     kinds = parser.add_mutually_exclusive_group()
     kinds.add_argument("--reduced", action="store_true", help="five runs of three seconds")
+    kinds.add_argument("--held", action="store_true", help="nine runs without a hop")
     kinds.add_argument("--hops", action="store_true", help="twelve runs, about the asked size")
     parser.add_argument("--of", nargs="+", default=(), help="only cases with one of these effects")
     parser.add_argument("--flip", help="effect whose cases are answered with its sign turned")
@@ -102,6 +105,8 @@ def main() -> None:
     cases = draw_cases(asked.seed, asked.cases)
     if asked.reduced:
         cases = reduced(cases)
+    if asked.held:
+        cases = held(cases)
     if asked.hops:
         cases = hopping(cases)
     name = f"seed-{asked.seed}"

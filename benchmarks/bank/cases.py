@@ -19,7 +19,7 @@ from benchmarks.bank.observe import FAULTS, Filmed, Noise
 from workbench.investigate import ProposedRun
 
 __all__ = ["BLOCKS", "SIZES", "TIES", "TRAPS", "Block", "Case", "Made", "Plan", "Run", "draw_case",
-           "draw_cases", "hopping", "plan_of", "plans", "reduced"]  # fmt: skip
+           "draw_cases", "held", "hopping", "plan_of", "plans", "reduced"]  # fmt: skip
 
 Block = Literal["single", "null", "pair", "outside", "tie", "sensor", "trap"]
 Source = Literal["twin", "rod"]
@@ -134,15 +134,20 @@ def draw_cases(seed: int, count: int) -> list[Case]:
     return [draw_case(1000 * seed + k, block, k) for k, block in enumerate(blocks[:count])]
 
 
-def reduced(cases: Sequence[Case]) -> list[Case]:
-    """Return those cases that clamped runs and ring-downs show, with five runs of three seconds.
+def held(cases: Sequence[Case]) -> list[Case]:
+    """Return those cases that runs with a held foot show, with nine of them at full length.
 
     Ties are left out: they are made for a set of runs.
     """
     known = AMOUNTS | OUTSIDE_AMOUNTS
     hop = {name for name, amount in known.items() if amount.shown == "hop"}
     shown = [one for one in cases if hop.isdisjoint(one.causes)]
-    return [replace(one, protocols="S+D", reduced=True) for one in shown if one.block != "tie"]
+    return [replace(one, protocols="S+D") for one in shown if one.block != "tie"]
+
+
+def reduced(cases: Sequence[Case]) -> list[Case]:
+    """Return the cases of `held` with five runs of three seconds."""
+    return [replace(one, reduced=True) for one in held(cases)]
 
 
 def hopping(cases: Sequence[Case]) -> list[Case]:
