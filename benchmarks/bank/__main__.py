@@ -10,9 +10,9 @@
 One line of JSON is kept for each case beside the page, where it is versioned: a later call, on any
 machine, goes on where one was stopped, and the page tells of all draws that were ever kept. Cases
 lie in the work folder's `cases`, their labels in `sealed`; a process of its own answers, which is
-given the case's folder only. With `--held` cases have nine runs of eight seconds without a hop. With
-`--reduced` they have five of three seconds: a night holds hundreds, and what is small hardly shows.
-With `--hops` all have twelve runs with three hops among them, and causes of about the size that is
+given the case's folder only. With `--held` cases have nine runs of eight seconds without a hop;
+with `--reduced` five of three seconds: a night holds hundreds, and what is small hardly shows. With
+`--hops` all have twelve runs with three hops among them, and causes of about the size that is
 asked, for to size one on hops takes half an hour. `--of` takes only the cases with one of the
 effects named. With `--flip` the cases of one effect are answered once more by a twin that has it
 with the wrong sign.
