@@ -62,7 +62,7 @@ def test_a_mesh_that_a_base_took_for_a_cause_is_given_back(tmp_path: Path) -> No
     assert (found.kind, [one.name for one in found.causes]) == ("NAMED", ["hinge_coulomb_friction"])
     (asked_at,) = [k for k, text in enumerate(stages) if "by the other mesh" in text]
     assert asked_at < next(k for k, text in enumerate(stages) if "promises beside" in text)
-    observer = found.observer.parts["observer"]
+    observer = found.observer.parts["held foot"]
     missing = observer.fits.missing(observer.base)
     assert missing > 1  # so that play would be tried, did nothing else do
     assert ("root_play",) not in {one.names for one in observer.tried}

@@ -29,8 +29,8 @@ def test_what_a_held_foot_shows_and_what_hops_alone_show_are_named_together(tmp_
     found = diagnose(rig, tmp_path, threads=1)
     print(found)
     assert found.kind == "NAMED"
-    assert list(found.parts) == ["observer", "hops", "drive"]
-    assert [found.parts[name].best.names for name in ("observer", "hops")] == [
+    assert list(found.parts) == ["held foot", "hops", "drive"]
+    assert [found.parts[name].best.names for name in ("held foot", "hops")] == [
         ("air_drag",), ("foot_cg",)
     ]  # fmt: skip
     assert found.parts["drive"].kind == "CLEAN"

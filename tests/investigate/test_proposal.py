@@ -148,8 +148,8 @@ def clean(rig: HopperRig) -> Diagnosis:
     part: Any = SimpleNamespace(kind="CLEAN")
     observer = ObserverPart(part, (), base, base, (), tuple(fits.promises(base)), (), fits)
     return cast(Diagnosis, SimpleNamespace(
-        rig=rig, kind="CLEAN", rules=RULES, parts={"observer": part}, causes=(),
-        observer=ObserverParts({"observer": observer}, fits),
+        rig=rig, kind="CLEAN", rules=RULES, parts={"held foot": part}, causes=(),
+        observer=ObserverParts({"held foot": observer}, fits),
     ))  # fmt: skip
 
 

@@ -82,7 +82,7 @@ def test_two_causes_within_their_tolerance_are_named_before_a_weighed_mass_far_o
     assert sizes["servo_coulomb_friction"] == pytest.approx(TRUE[0], abs=0.04)
     assert sizes["servo_armature"] == pytest.approx(TRUE[1], abs=0.004)
     assert ("arm_mass",) in {
-        one.names for one in found.observer.parts["observer"].tried
+        one.names for one in found.observer.parts["motion"].tried
     }  # the best of the single ones
 
 

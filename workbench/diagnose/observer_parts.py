@@ -16,10 +16,14 @@ from workbench.diagnose.hypothesis import Hypothesis
 from workbench.diagnose.landing import HopFits
 from workbench.diagnose.mesh import by_mesh
 from workbench.diagnose.observer_part import ObserverPart, observer_part, shortlisted
+from workbench.diagnose.rig import HopperRig
 from workbench.diagnose.screening import Promise
 from workbench.progress import portion
 
 __all__ = ["ObserverParts", "observer_parts"]
+
+_HELD_FOOT, _HOPS, _MOTION = "held foot", "hops", "motion"
+"""Names of the parts: of the robot's runs, and of those of any other machine."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,14 +87,14 @@ def observer_parts(fits: Fits) -> ObserverParts:
     parts, best = dict[str, ObserverPart](), None
     if still.train:
         still.progress = portion(progress, 0.1, 0.6 if hops else 0.85)
-        parts["observer"] = by_mesh(still)
-        still, best = parts["observer"].fits, parts["observer"].best
+        name = _HELD_FOOT if isinstance(fits.rig, HopperRig) else _MOTION
+        found = parts[name] = by_mesh(still)
+        still, best = found.fits, found.best
     if hops:
-        name = "hops" if parts else "observer"
         hopping = HopFits(fits, still, best)
         hopping.progress = portion(progress, 0.6 if parts else 0.1, 0.85)
         hopping.progress("fit the floor to the hops" if parts else "fit the base")
-        parts[name] = observer_part(hopping, shortlisted(hopping, hopping.base()))
+        parts[_HOPS] = observer_part(hopping, shortlisted(hopping, hopping.base()))
     every = fits.of(still.rig) if hops else still
     every.progress = progress
     return ObserverParts(parts, every)

@@ -120,7 +120,7 @@ def diagnosis(folder: Path, kind: Kind, base: Hypothesis = NOWHERE) -> Diagnosis
     return Diagnosis(
         rig, kind, causes, "air_drag <b>or</b> nothing",
         (Alternative("root_play", "it is worth less"),),
-        ObserverParts({"observer": observer}, fits),
+        ObserverParts({"held foot": observer}, fits),
         DrivePart(part("CLEAN", scored(), *drive), (), regression, ([], [])),
         ("clamped-9", "hop-9"), errors, after, rig,
         (("hop-2", "the rotor turned backwards"),) if kind == "DATA_FAULT" else (), RULES, 51.2,
@@ -198,7 +198,7 @@ def test_what_is_not_there_is_left_out(tmp_path: Path) -> None:
     (observer,) = found.observer.parts.values()
     found.observer.fits.rig = cast(Any, SimpleNamespace(base=[]))
     alone = ObserverParts(
-        {"observer": replace(observer, promises=(), refit=())}, found.observer.fits
+        {"held foot": replace(observer, promises=(), refit=())}, found.observer.fits
     )
     bare = replace(found, observer=alone, drive=None, errors=None, extended_errors=None,
                    extended=None, held_out=())  # fmt: skip
