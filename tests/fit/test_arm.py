@@ -81,6 +81,13 @@ def test_angles_about_t_are_those_of_the_rotor() -> None:
     assert np.sqrt(np.mean((seen - true - np.median(seen - true)) ** 2)) > 0.3
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_a_point_on_t_is_not_taken_to_be_off_it(seed: int) -> None:
+    for up, off in ((0.0, False), (0.001, True)):
+        system, turn = filmed(0.0, up, seed=seed)
+        assert arm_of(system, [turn]).off is off
+
+
 @pytest.mark.parametrize("ripple", [0.0, 0.04])
 @pytest.mark.parametrize("up", [0.0, 0.001, 0.02])
 def test_the_input_is_the_angle_about_t_wherever_the_point_taken_for_it_sits(

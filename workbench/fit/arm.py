@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 
 _GLITCH = 8.0  # deviations of a length that is left out
 _FEWEST = 10  # samples of a run
+_OFF = 3.0  # errors of an offset that is there
 
 
 class Turning(Protocol):
@@ -65,6 +66,11 @@ class Arm:
     def known(self) -> bool:
         """Return whether a rotor turned."""
         return bool(np.isfinite(self.deviation).all())
+
+    @property
+    def off(self) -> bool:
+        """Return whether the point is off T beyond its error."""
+        return self.known and float(np.hypot(*(self.offset / self.deviation))) > _OFF
 
     def true_angle(self, seen: Array) -> Array:
         """Return angles about T, (n,) [rad], of angles (n,) about the point taken for it [rad]."""

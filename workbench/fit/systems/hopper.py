@@ -342,7 +342,9 @@ class Hopper:
         angle, turn = self.world_angle(run), self.turn_of_top(run, qpos)
         arm = arm_of(self, [turn if k == run else None for k in range(len(self.runs))])
         sigma, memory = self.rotor_noise(run)
-        angle, torque = arm.true_angle(angle - turn) + turn, self.motor_torque(run)
+        if arm.off:  # else what is found of it is noise, that would shake T once a turn
+            angle = arm.true_angle(angle - turn) + turn
+        torque = self.motor_torque(run)
         return fit_drive(self.times(run), angle, one.steps, sigma, turn, memory, torque).angle
 
     def motor_torque(self, run: int) -> Torque:
