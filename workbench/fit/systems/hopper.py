@@ -330,7 +330,7 @@ class Hopper:
     def angle_against_top(self, run: int, qpos: Array) -> Array | None:
         """Return a rotor's angle against T, (n,) [rad]; None where none is driven.
 
-        About T, wherever the arm shows the point taken for it: no hypothesis changes the input.
+        It is the same for every hypothesis: about T, wherever the arm shows the point taken for it.
 
         Args:
             run: its number.
