@@ -111,9 +111,11 @@ def test_what_is_left_beside_a_cause_is_told() -> None:
     most = decide(BASE, [scored("a", gain=800, lack=1.5)], SAMPLES, RULES)
     assert most.kind == "NAMED"
     assert most.reason.endswith("with it the model misses 1.50 times what a whole one may still")
-    none = decide(BASE, [scored("a", gain=800, lack=19)], SAMPLES, RULES)
-    assert none.kind == "NONE"
-    assert "a would explain next to none" in none.reason
+    for lack, share in ((19, 5), (12, 40)):
+        none = decide(BASE, [scored("a", gain=800, lack=lack)], SAMPLES, RULES)
+        assert (none.kind, none.missing) == ("NONE", 20)
+        assert none.reason.startswith("the model misses 20.0 times what a whole one may")
+        assert none.reason.endswith(f"a would explain {share} %")
 
 
 def test_a_pair_is_taken_where_it_adds_and_is_no_rival_of_its_other_order() -> None:

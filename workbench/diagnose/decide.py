@@ -173,9 +173,9 @@ def decide(base: Scored, tried: Sequence[Scored], samples: float, rules: Rules) 
     if best is base:
         return _without(base, compared, samples, rules)
     if best.missing > 1 and _explained(best, base) < rules.material:
-        reason = f"{_missing_words(best.missing)}, and no known cause explains it; "
-        reason += f"{together(best.names)} would explain next to none"
-        return Part("NONE", base, (), best.missing, 0.0, reason, compared)
+        reason = f"{_missing_words(base.missing)}, and no known cause explains it; "
+        reason += f"{together(best.names)} would explain {100 * _explained(best, base):.0f} %"
+        return Part("NONE", base, (), base.missing, 0.0, reason, compared)
     likelier = [
         one
         for one, gained in compared

@@ -49,7 +49,7 @@ class Rules:
     sure: float = 2.0
     agree: float = 0.5
     apart: float = 1.64
-    material: float = 0.2
+    material: float = 0.5
     explained: float = 0.8
     whole: float = 1.15
     noise_share: float = 0.5
