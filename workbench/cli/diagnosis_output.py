@@ -52,7 +52,8 @@ def show_diagnosis(found: Diagnosis) -> None:
     show_table(
         "what the refit changed",
         ["number", "nominal", "now", "of its tolerance"],
-        [[one.name.replace("_", " "), f"{one.stated:.4g}", f"{one.now:.4g} {one.unit}",
+        [[one.name.replace("_", " "), f"{one.stated:.4g}",
+          f"{one.now:.4g} {one.unit}".removesuffix(" 1"),  # a number without a unit
           f"{one.share:+.2f}"] for one in found.observer.refit],
     )  # fmt: skip
     if found.alternatives:
