@@ -24,11 +24,16 @@ def turned(times: np.ndarray, droop: float = 0.0, ripple: float = 0.0) -> np.nda
 
 
 def filmed(
-    forward: float, up: float, droop: float = 0.0, seed: int = 1, ripple: float = 0.0
+    forward: float,
+    up: float,
+    droop: float = 0.0,
+    seed: int = 1,
+    ripple: float = 0.0,
+    unseen_s: float = 0.0,
 ) -> tuple[Hopper, np.ndarray]:
     """Return a run whose T swings and turns, seen from a point off it, and its turn [rad].
 
-    Its speed varies twice a turn by the share `ripple`.
+    Its speed varies twice a turn by the share `ripple`, and the rotor is first seen after a while.
     """
     rng = np.random.default_rng(seed)
     times = np.arange(-RATE_HZ, 4 * RATE_HZ) / RATE_HZ
@@ -51,6 +56,7 @@ def filmed(
         np.column_stack([columns[name] for name in TOP]),
         np.column_stack([columns[name] for name in ROTOR]),
     )
+    columns[ROTOR_ANGLE][times < (unseen_s or times[0])] = np.nan
     run = MeasuredRun("turning", "clamped", TimeSeries.of(times, columns), STEPS)
     rig = HopperRig([run], DOCUMENT, SHAPE)
     system = rig.system([0], rig.base)
@@ -101,9 +107,9 @@ def test_the_input_is_the_angle_about_t_wherever_the_point_taken_for_it_sits(
     assert np.sqrt(np.mean(off**2)) < 0.25 * NOISE_M / RADIUS_M
 
 
-@pytest.mark.parametrize("droop", [0.0, 0.02])
-def test_the_drive_is_judged_from_a_point_far_off_t(droop: float) -> None:
-    system, turn = filmed(0.02, -0.01, droop)
+@pytest.mark.parametrize(("droop", "unseen_s"), [(0.0, 0.0), (0.02, 0.0), (0.02, 0.3)])
+def test_the_drive_is_judged_from_a_point_far_off_t(droop: float, unseen_s: float) -> None:
+    system, turn = filmed(0.02, -0.01, droop, unseen_s=unseen_s)
     system = system.turning(
         [system.angle_against_top(0, np.column_stack([turn, np.zeros(len(turn))]))]
     )

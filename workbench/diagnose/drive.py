@@ -34,7 +34,7 @@ DRIVE = ("speed_scale", "speed_offset", "speed_drift", "motor_droop", "speed_rip
 
 _RUN_PRIORS = {"start": 10.0, "delay": 0.01, "lag": 0.05, "gain": 1e-3}
 """What a run keeps to itself -> how far it may be off [rad, s, s, 1]."""
-_FIRST_S = 0.1  # of a run, that shows where it starts
+_FIRST_S = 0.1  # of what is seen of a run, that shows where it starts
 _OFFSETS = ("marker forward", "marker up")
 _TOLERATED_M = 2e-4  # how far the point taken for T may sit off T and nobody minds
 
@@ -196,7 +196,8 @@ def _columns(
         "gain": usual,
     }
     usual = usual + arm.seen_angle(phase) - phase
-    start = float(np.nanmedian((seen - usual)[: round(_FIRST_S / step)]))
+    off = seen - usual
+    start = float(np.median(off[np.isfinite(off)][: round(_FIRST_S / step)]))
     return seen, usual + start, columns
 
 
