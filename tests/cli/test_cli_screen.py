@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from io import StringIO
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ if sys.platform == "win32":
 
 from tests.bundles import make_bundle
 from tests.screen import Screen, shown_on_a_terminal
+from workbench.cli.console import stderr
 
 SWEEP = """\
 schema: workbench/protocol-1
@@ -122,3 +124,15 @@ def test_numbers_of_a_run_have_units_and_sensible_digits(
     assert "16.9437" not in shown
     assert "None" not in shown
     assert "error_mm" not in shown
+
+
+def test_a_sentence_is_broken_between_words_on_a_terminal_alone() -> None:
+    words = "SET: held foot: nothing is missing; drive: speed_scale, speed_offset may be there"
+    for terminal, lines in ((True, 3), (False, 1)):
+        paper = StringIO()
+        console = type(stderr)(file=paper, force_terminal=terminal, width=40, soft_wrap=True)
+        console.sentence(words)
+        seen = paper.getvalue().splitlines()
+        assert " ".join(line.strip() for line in seen) == words
+        assert len(seen) == lines
+        assert all(line.startswith("  ") for line in seen[1:])

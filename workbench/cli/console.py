@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from decimal import Decimal
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -41,6 +42,15 @@ class _Stderr(Console):
     def print(self, *objects: Any, **how: Any) -> None:
         progress.pause()
         super().print(*objects, **how)
+
+    def sentence(self, text: str, indent: str = "  ") -> None:
+        """Print a sentence, broken between words on a terminal and on one line elsewhere."""
+        if self.is_terminal:
+            text = fill(
+                text, self.width, subsequent_indent=indent, break_long_words=False,
+                break_on_hyphens=False,
+            )  # fmt: skip
+        self.print(text, markup=False)
 
 
 stderr = _Stderr(stderr=True, highlight=False, soft_wrap=True)

@@ -13,25 +13,24 @@ __all__ = ["show_diagnosis", "show_next"]
 def show_next(found: Diagnosis, proposed: Following | None) -> None:
     """Print what to run next; where no run separates a set of causes, what else would."""
     if proposed is not None:
-        stderr.print(
-            f"next: {proposed.sentence}\n      workbench run {proposed.protocol.path}", markup=False
-        )
+        stderr.sentence(f"next: {proposed.sentence}", "      ")
+        stderr.print(f"      workbench run {proposed.protocol.path}", markup=False)
     elif found.kind == "SET":
         stderr.print("no run that can be made here distinguishes these; what would:", markup=False)
         for cause in found.causes:
-            stderr.print(f"  {cause.name}: {cause.separated_by or 'nothing known'}", markup=False)
+            stderr.sentence(f"  {cause.name}: {cause.separated_by or 'nothing known'}", "    ")
 
 
 def show_diagnosis(found: Diagnosis) -> None:
     """Print the answer, its validation, what the refit changed and which causes were rejected."""
-    stderr.print(f"{found.kind}: {found.reason}", markup=False)
+    stderr.sentence(f"{found.kind}: {found.reason}")
     for cause in found.causes:
-        stderr.print(f"  {cause.name}: {cause.sentence}", markup=False)
+        stderr.sentence(f"  {cause.name}: {cause.sentence}", "    ")
     if found.confidence is not None:
-        stderr.print(found.confidence.sentence, markup=False)
+        stderr.sentence(found.confidence.sentence)
     base, after = found.errors, found.extended_errors
     if base is not None and after is not None:
-        stderr.print(f"held out: {', '.join(found.held_out)}", markup=False)
+        stderr.sentence(f"held out: {', '.join(found.held_out)}")
         rows = [
             ["noise floor", f"{base.noise_floor:.3g}"],
             ["base", f"{base.rmse:.3g}"],
