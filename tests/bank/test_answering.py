@@ -35,7 +35,7 @@ def test_two_plain_engines_name_what_a_pendulum_has(name: str, tmp_path: Path) -
     assert listed[0]["effect"] == "pivot_coulomb_friction"
     rests = behind(found)
     assert rests["promises"][0][0] == "pivot_coulomb_friction"
-    assert rests["held foot"]["compared"][0][1] > 8
+    assert rests["motion"]["compared"][0][1] > 8
     json.dumps(rests)
 
 

@@ -50,8 +50,6 @@ _STEPS = 6  # evaluations of one refit
 _ROUNDS = 2  # of weighing the process noise
 _OFF = 0.1
 _WIDE = 5.0  # deviations of what another machine has more
-"""Candidate that the rotor's arm shows. Beyond its tolerance neither the rotor's angle nor what is
-seen of T is straight in it: 20 mm on an arm of 35 mm bend the angle by 0.6 rad each turn."""
 
 
 class Fits:
