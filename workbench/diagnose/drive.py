@@ -63,11 +63,14 @@ class DriveFits:
     arm: Arm
     columns: tuple[Mapping[str, Array], ...]
 
+    def _moving(self, names: Sequence[str]) -> dict[str, bool]:
+        """Return the numbers that move with some candidates -> whether their prior is normal."""
+        released = {key: False for name in names for key in self.quantities[name]}
+        return dict.fromkeys(_OFFSETS, True) | released
+
     def solved(self, names: Sequence[str]) -> Solved:
         """Return the regression with some candidates released."""
-        moving = dict.fromkeys(_OFFSETS, True)
-        moving |= {key: False for name in names for key in self.quantities[name]}
-        return self.linear.solved(moving)
+        return self.linear.solved(self._moving(names))
 
     def like(self, fitted: DriveFits, found: Solved) -> Solved:
         """Return the regression where the shared numbers are those of other runs."""
@@ -89,15 +92,21 @@ class DriveFits:
             angle += number * self.columns[at].get(name, 0.0)
         return self.arm.true_angle(angle)
 
-    def values(self, found: Solved, name: str) -> dict[str, tuple[float, float]]:
-        """Return quantity -> value and standard error of a candidate [SI]."""
-        at = {key: k for k, key in enumerate(self.linear.names)}
+    def values(self, names: Sequence[str], found: Solved) -> dict[str, tuple[float, float]]:
+        """Return the value and standard error [SI] of each number of some candidates.
+
+        An error counts what the other candidates may do within their tolerances.
+
+        Args:
+            names: of the candidates.
+            found: the regression with them.
+        """
+        wider = self.linear.wider(self._moving(names), self.tolerances)
+        every = zip(self.linear.names, found.x, found.deviation, strict=True)
         return {
-            key.split(" ", 1)[1]: (
-                float(found.x[at[key]]) * self.tolerances[key],
-                float(found.deviation[at[key]]) * self.tolerances[key],
-            )
-            for key in self.quantities[name]
+            key: (float(x) * self.tolerances[key], float(error) * wider[key] * self.tolerances[key])
+            for key, x, error in every
+            if key in self.tolerances
         }
 
 
@@ -116,10 +125,7 @@ def drive_fits(system: Hopper, turns: Sequence[Array], arm: Arm) -> DriveFits:
         f"{name} {q.name}": q.tolerance for name in DRIVE for q in EFFECTS[name].quantities
     }
     wide = dict(zip(_OFFSETS, np.hypot(np.minimum(arm.deviation, 1.0), _TOLERATED_M), strict=True))
-    shared, driven = (
-        [*tolerances, *_OFFSETS],
-        [k for k, run in enumerate(system.runs) if run.driven],
-    )
+    shared, driven = [*tolerances, *_OFFSETS], [k for k, r in enumerate(system.runs) if r.driven]
     scale = {**tolerances, **wide, **_RUN_PRIORS}
     edges, ends, angles, residuals, lengths = [0], [0], [], [], []
     columns: list[dict[str, Array]] = []
@@ -128,17 +134,12 @@ def drive_fits(system: Hopper, turns: Sequence[Array], arm: Arm) -> DriveFits:
         near = _near(system, k, arm)
         angles.append(usual)
         residuals.append(_counted(system, k, near * (seen - usual)))
-        columns.append(
-            {
-                (f"{key} of run {k}" if key in _RUN_PRIORS else key): scale[key] * column
-                for key, column in made.items()
-            }
-        )
+        own = {key: f"{key} of run {k}" for key in _RUN_PRIORS}
+        columns.append({own.get(key, key): scale[key] * one for key, one in made.items()})
         lengths.append(near)
         edges += list(edges[-1] + edges_of(len(seen), system.sample_s)[1:])
         ends.append(len(edges) - 1)
-    own = [f"{key} of run {k}" for k in driven for key in _RUN_PRIORS]
-    names = (*shared, *own)
+    names = (*shared, *(f"{key} of run {k}" for k in driven for key in _RUN_PRIORS))
     jacobian, begin = np.zeros((edges[-1], len(names))), 0
     for k, residual, made, near in zip(driven, residuals, columns, lengths, strict=True):
         rows = slice(begin, begin + len(residual))
@@ -147,7 +148,7 @@ def drive_fits(system: Hopper, turns: Sequence[Array], arm: Arm) -> DriveFits:
                 column = np.where(np.isfinite(residual), near * made[key], np.nan)
                 jacobian[rows, j] = -_whitened(system, k, column)
         begin += len(residual)
-    alone = np.array([False] * len(shared) + [True] * len(own))
+    alone = np.arange(len(names)) >= len(shared)
     white = [_whitened(system, k, one) for k, one in zip(driven, residuals, strict=True)]
     left = np.concatenate([np.zeros(0), *white])
     linear = Linear(names, alone, np.zeros(len(names)), left, jacobian, np.array(edges))

@@ -67,11 +67,11 @@ def drive_part(fits: Fits, best: Hypothesis) -> DrivePart | None:
     part = decide(scored(()), tried, samples, fits.rules)
     causes: dict[str, Cause] = {}
     for alike in part.alike:
+        found = fitted.values(alike.names, solved[alike.names])
         for name in alike.names:
-            found = fitted.values(solved[alike.names], name)
             effect = EFFECTS[name]
             quantities = {
-                q.name: quantity_of(*found[q.name], q.low, q.high, q.unit)
+                q.name: quantity_of(*found[f"{name} {q.name}"], q.low, q.high, q.unit)
                 for q in effect.quantities
             }
             causes.setdefault(name, Cause(name, quantities, effect.sentence.format_map(quantities)))

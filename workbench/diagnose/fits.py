@@ -32,6 +32,7 @@ from workbench.fit import (
     Parameter,
     ParameterVector,
     System,
+    between_steps,
     fit_system,
     likeliest,
     minimised,
@@ -85,6 +86,7 @@ class Fits:
         self._limited: dict[Hypothesis, Hypothesis] = {}
         self._weighed: dict[Hypothesis, Hypothesis] = {}
         self._judged: dict[Hypothesis, tuple[Array, ...]] = {}
+        self._around: dict[tuple[str, ...], Linear] = {}
 
     @cached_property
     def landing(self) -> frozenset[int]:
@@ -115,10 +117,6 @@ class Fits:
         """Return what a candidate must promise at least to be fitted alone."""
         little = self.rules.promised * self.rules.size * self.samples([name])
         return max(self.rules.suspected, little)
-
-    def second(self, name: str) -> float:
-        """Return what a candidate must promise at least to be fitted beside another."""
-        return self.rules.least_gain
 
     def base(self) -> Hypothesis:
         """Fit the base within its tolerances."""
@@ -155,9 +153,7 @@ class Fits:
         estimator, most = one.estimator, self._whole(one)
         whole = {group: min(q, most[group]) for group, q in estimator.noise.items()}
         if whole != estimator.noise and one not in self._limited:
-            weak = estimator.with_noise(whole)
-            found = minimised(weak, one.x, None, _STEPS, ROUGH, one.jacobian, known=False)
-            self._limited[one] = self._hypothesis(one.names, weak, found.x, found.jacobian)
+            self._limited[one] = self._at(one, estimator.with_noise(whole))
         return self._limited.get(one, one)
 
     def _whole(self, one: Hypothesis) -> dict[str, float]:
@@ -194,6 +190,7 @@ class Fits:
 
         Its derivatives are by differences to both sides.
         """
+        one = self.settled(one)
         estimator = one.estimator
         slopes = estimator.jacobian(one.x, steps=reaches(one.jacobian), central=True)
         found = minimised(estimator, one.x, most=_STEPS, jacobian=slopes)
@@ -202,7 +199,18 @@ class Fits:
 
     def promises(self, at: Hypothesis) -> list[Promise]:
         """Return what each candidate promises beside those of a hypothesis, greatest gain first."""
-        return screened(self._near(at), self.candidates, self._moving, at.names)
+        self._around[at.names] = self._near(at)
+        return screened(self._around[at.names], self.candidates, self._moving, at.names)
+
+    def errors(self, one: Hypothesis) -> dict[str, float]:
+        """Return the standard error of each number of a hypothesis that was fitted to its end.
+
+        It counts what causes that are not in it may do within their tolerances.
+        """
+        near = self._around.get(one.names) or self._near(one)
+        every = {p.name for p in self.candidates.parameters(self.candidates)}
+        wider = near.wider(self._moving(one.names), every)
+        return {name: error * wider[name] for name, error in one.deviations.items()}
 
     def _near(self, at: Hypothesis) -> Linear:
         """Return what is known around a hypothesis, by the numbers of all candidates."""
@@ -283,9 +291,20 @@ class Fits:
             estimator = likeliest(one.estimator, one.x, up=0)
             if estimator.noise == one.estimator.noise:
                 break
-            found = minimised(estimator, one.x, None, _STEPS, ROUGH, one.jacobian, known=False)
-            one = self._hypothesis(one.names, estimator, found.x, found.jacobian)
+            one = self._at(one, estimator)
         return one
+
+    def _at(self, one: Hypothesis, estimator: Estimator) -> Hypothesis:
+        """Return a hypothesis fitted again by an estimator with other process noise."""
+        found = minimised(estimator, one.x, None, _STEPS, ROUGH, one.jacobian, known=False)
+        return self._hypothesis(one.names, estimator, found.x, found.jacobian)
+
+    def settled(self, one: Hypothesis) -> Hypothesis:
+        """Return a hypothesis with its process noise between two steps, where that is likelier.
+
+        Half a step off, one by the mesh of its data was 38 costlier, and by another likelier.
+        """
+        return min(one, self._at(one, between_steps(one.estimator, one.x)), key=by_cost)
 
     def again(self, one: Hypothesis, near: Hypothesis) -> Hypothesis:
         """Return a hypothesis or, if that is likelier, it fitted from where one with more ended."""

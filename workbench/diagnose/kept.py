@@ -44,10 +44,7 @@ def extended_model_of(run: str, take: Path, folder: Path) -> Path | None:
         folder: of all diagnoses, each in a folder of its own.
     """
     digest = sha256(take)
-    newest_first = sorted(
-        folder.glob("*/*.json"), key=lambda path: path.stat().st_mtime, reverse=True
-    )
-    for path in newest_first:
+    for path in sorted(folder.glob("*/*.json"), key=lambda one: -one.stat().st_mtime):
         answer = read_answer(path)
         if answer.get("files", {}).get(run) != digest:
             continue

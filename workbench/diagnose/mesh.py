@@ -30,10 +30,11 @@ class _Mesh(NamedTuple):
         that is less likely, what makes up for that gained 141 where no cause was.
         """
         other.fits.progress(f"fit {together(leader.names)} by the other mesh")
-        leader = other.fits.weighed(leader)
-        moved = _moved(leader, other.fits, self.fits)
+        leader = other.fits.settled(other.fits.weighed(leader))
+        moved = self.fits.settled(_moved(leader, other.fits, self.fits))
         gain = min(self.base.cost, other.base.cost) - moved.cost
-        return moved.cost < leader.cost and gain > practical(self.fits, moved)
+        likelier = leader.cost - moved.cost > self.fits.rules.suspected
+        return likelier and gain > practical(self.fits, moved)
 
 
 def by_mesh(fits: Fits) -> ObserverPart:
@@ -41,7 +42,7 @@ def by_mesh(fits: Fits) -> ObserverPart:
 
     A base without the cause may take a mesh for it: the numbers of a slope were five standard
     errors off so. The cause that leads alone is asked before any other work, and what is found in
-    the end once more where that is another.
+    the end once more where that is another; of two answers the likelier stays.
 
     Args:
         fits: of runs whose foot is held.
@@ -62,7 +63,8 @@ def by_mesh(fits: Fits) -> ObserverPart:
         listed = shortlisted(*own)
     found = observer_part(own.fits, listed)
     if found.leader.names not in ((), asked.names) and other.prefers(own, found.leader):
-        return observer_part(other.fits, shortlisted(*other))
+        again = observer_part(other.fits, shortlisted(*other))
+        return min(found, again, key=lambda one: one.leader.cost)
     return found
 
 

@@ -218,17 +218,14 @@ def _direction(forces: Sequence[MissingForce], fitted: Array) -> tuple[Array, st
     A path that is longer than wide shows forces along it only: two components would share one
     force. Else the component is taken that is more sure.
     """
-    moved = np.concatenate(
-        [
-            np.column_stack([f.coordinates[f"velocity {axis}"][f.usable] for axis in _AXES])
-            for f in forces
-        ]
-    )
+    rates = [np.column_stack([f.coordinates[f"velocity {one}"] for one in _AXES]) for f in forces]
+    moved = np.concatenate([rate[f.usable] for rate, f in zip(rates, forces, strict=True)])
     _, sizes, axes = np.linalg.svd(moved, full_matrices=False)
     if sizes[1] < _STRAIGHT * sizes[0]:
         first = axes[0] * (1.0 if axes[0][0] >= 0 else -1.0)
         return np.asarray(first, dtype=np.float64), "along T's path"
-    along = int(np.argmax(np.sqrt(np.mean(fitted**2, axis=0)) / _spread(forces)))
+    spread = np.sqrt(np.diag(np.linalg.inv(_usual(forces))))
+    along = int(np.argmax(np.sqrt(np.mean(fitted**2, axis=0)) / spread))
     return np.eye(2)[along], _AXES[along]
 
 
@@ -249,10 +246,6 @@ def _usual(forces: Sequence[MissingForce]) -> Array:
     return np.asarray(np.mean(np.concatenate([f.information[f.usable] for f in forces]), axis=0))
 
 
-def _spread(forces: Sequence[MissingForce]) -> Array:
-    return np.asarray(np.sqrt(np.diag(np.linalg.inv(_usual(forces)))))
-
-
 def _rows(forces: Sequence[MissingForce], name: str, terms: Sequence[_Term]) -> _Rows:
     """Return the regression of the force on terms of a coordinate; zero where a run has it not."""
     every, outputs, folds = [], [], []
@@ -260,9 +253,8 @@ def _rows(forces: Sequence[MissingForce], name: str, terms: Sequence[_Term]) -> 
     for one in forces:
         kept = one.usable
         coordinate = one.coordinates.get(name, np.zeros(len(one.times)))
-        values = np.column_stack(
-            [np.empty((len(one.times), 0)), *(_columns(term, coordinate) for term in terms)]
-        )
+        every_term = (_columns(term, coordinate) for term in terms)
+        values = np.column_stack([np.empty((len(one.times), 0)), *every_term])
         values *= name in one.coordinates
         moved = one.response.of(values - values.mean(axis=0))[kept]
         every.append(moved.reshape(len(moved), 2, 2 * values.shape[1]))

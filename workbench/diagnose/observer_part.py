@@ -213,8 +213,8 @@ def _beside(
     """Return a hypothesis with one more cause each, those that promise most beside it."""
     words, rules = together(first.names), fits.rules
     fits.progress(Stage(f"see what each candidate promises beside {words}", begun))
-    added = [one for one in fits.promises(first) if one.gain > max(least, fits.second(one.name))]
-    added = added[: rules.seconds]
+    least = max(least, rules.least_gain)
+    added = [one for one in fits.promises(first) if one.gain > least][: rules.seconds]
     found = []
     for number, one in enumerate(added):
         share = None if begun is None else begun + (0.9 - begun) * number / len(added)
@@ -321,7 +321,7 @@ def _shown(fits: Fits, name: str) -> Shown:
 
 def _cause(candidate: Candidate, holder: Hypothesis, fits: Fits) -> Cause:
     """Return a candidate with what was found of its quantities, or of the numbers that it frees."""
-    errors, values, quantities = holder.deviations, holder.values, dict[str, EstimatedQuantity]()
+    errors, values, quantities = fits.errors(holder), holder.values, dict[str, EstimatedQuantity]()
     for key, parameter in candidate.quantities.items():
         value, error = values[parameter.name], errors[parameter.name]
         quantities[key] = quantity_of(value, error, parameter.low, parameter.high, parameter.unit)
@@ -339,7 +339,7 @@ def _cause(candidate: Candidate, holder: Hypothesis, fits: Fits) -> Cause:
 
 def _refit(fits: Fits, best: Hypothesis) -> tuple[Refit, ...]:
     """Return what the fit changed of the model's own numbers."""
-    errors, values, changed = best.deviations, best.values, list[Refit]()
+    errors, values, changed = fits.errors(best), best.values, list[Refit]()
     for p in fits.rig.base:
         now = quantity_of(values[p.name], errors[p.name], -np.inf, np.inf, p.unit)
         share = (now.value - p.nominal) / (LIMITS * p.deviation)

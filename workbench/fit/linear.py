@@ -11,7 +11,7 @@ residuals alone would have it, for what is far off may well be there.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -197,6 +197,24 @@ class Linear:
         x = self.x.copy()
         x[chosen] -= inverse @ gradient
         return _Solution(chosen, normal, x, prior, inverse)
+
+    def wider(self, moving: Mapping[str, bool], others: Iterable[str]) -> dict[str, float]:
+        """Return by what factor the error of each number grows where others may be off as well.
+
+        Args:
+            moving: as `solved` has it.
+            others: names of numbers that may be off as their normal priors have it.
+        """
+        alone = self._spread(moving)
+        beside = self._spread({**dict.fromkeys(others, True), **moving})
+        pairs = zip(self.names, alone, beside, strict=True)
+        return {name: max(float(b / a), 1.0) if a > 0 else 1.0 for name, a, b in pairs}
+
+    def _spread(self, moving: Mapping[str, bool]) -> Array:
+        """Return the errors of numbers, (p,), were residuals white; zero where held."""
+        one, spread = self._solution(moving), np.zeros(len(self.x))
+        spread[one.chosen] = np.sqrt(np.diag(one.inverse))
+        return spread
 
     def solved(self, moving: Mapping[str, bool]) -> Solved:
         """Return the least cost where numbers by name move -> whether their prior is normal."""

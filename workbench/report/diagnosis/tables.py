@@ -120,8 +120,9 @@ def drive(found: Diagnosis) -> Markup:
     words = _spoken(f"{part.reason[:1].upper()}{part.reason[1:]}.")
     heads = ("Cause", "Quantity", "Value", "90 % interval", "Unit", "Gain", "Held out")
     below = (
-        "Each as if it were alone. Gain: by how much -2 ln of the likelihood of the rotor's angle "
-        "falls, in the runs fitted and in those held out."
+        "Each alone; its interval counts what the others may do within their tolerances. Gain: by "
+        "how much -2 ln of the likelihood of the rotor's angle falls, in the runs fitted and in "
+        "those held out."
     )
     paragraph = Markup("<p>{}</p>").format
     return paragraph(words) + (table(rows, heads) + paragraph(below) if rows else Markup())
@@ -133,8 +134,10 @@ def _sizes(found: DrivePart) -> dict[str, dict[str, Amount]]:
     for name in DRIVE:
         if name not in fitted.quantities:
             continue
-        values = fitted.values(fitted.solved((name,)), name)
-        sizes[name] = {q.name: _within(q, *values[q.name]) for q in EFFECTS[name].quantities}
+        values = fitted.values((name,), fitted.solved((name,)))
+        sizes[name] = {
+            q.name: _within(q, *values[f"{name} {q.name}"]) for q in EFFECTS[name].quantities
+        }
     return sizes
 
 
