@@ -83,6 +83,9 @@ class Moved:
     def weighed(self, one: Any) -> Any:
         return one
 
+    def settled(self, one: Any) -> Any:
+        return one
+
     def missing(self, one: Any) -> float:
         return 0.0
 

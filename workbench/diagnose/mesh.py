@@ -33,8 +33,7 @@ class _Mesh(NamedTuple):
         leader = other.fits.settled(other.fits.weighed(leader))
         moved = self.fits.settled(_moved(leader, other.fits, self.fits))
         gain = min(self.base.cost, other.base.cost) - moved.cost
-        likelier = leader.cost - moved.cost > self.fits.rules.suspected
-        return likelier and gain > practical(self.fits, moved)
+        return moved.cost < leader.cost and gain > practical(self.fits, moved)
 
 
 def by_mesh(fits: Fits) -> ObserverPart:
