@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
 from tests.diagnose.hidden import DOCUMENT, Asked, runs_of, truth
 from tests.identify.robots import MODEL, SHAPE, released
-from workbench.diagnose import Diagnosis, HopperRig, diagnose
+from workbench.diagnose import Diagnosis, HopperRig, diagnose, mesh
 from workbench.diagnose.candidates import Candidates, hopper_candidates
 from workbench.diagnose.mesh import _Mesh
 from workbench.diagnose.rules import RULES
@@ -108,3 +108,29 @@ def test_a_mesh_is_not_changed_for_a_cause_of_no_practical_size() -> None:
         bases: list[Any] = [SimpleNamespace(cost=0.0), SimpleNamespace(cost=70.0)]
         own, other = _Mesh(fits, bases[0]), _Mesh(fits, bases[1])
         assert other.prefers(own, leader) is preferred
+
+
+def test_of_two_answers_by_two_meshes_the_likelier_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pair that one mesh shows was not found by the other, though it fits as well by that."""
+    costs = {"own": -90.0, "other": -40.0}
+    base: Any = SimpleNamespace(cost=0.0)
+    meshes = [
+        _Mesh(cast(Any, SimpleNamespace(of=key, rules=RULES, progress=str)), base) for key in costs
+    ]
+    single: Any = SimpleNamespace(names=("tether",), cost=-30.0)
+    asked: list[tuple[str, ...]] = []
+
+    def answered(fits: Any, listed: Any) -> Any:
+        return SimpleNamespace(leader=SimpleNamespace(names=(fits.of,), cost=costs[fits.of]))
+
+    def prefers(self: _Mesh, other: _Mesh, leader: Any) -> bool:
+        asked.append(leader.names)
+        return len(asked) > 1
+
+    monkeypatch.setattr(mesh, "_meshes", lambda fits: list(meshes))
+    monkeypatch.setattr(mesh, "shortlisted", lambda *given: SimpleNamespace(leader=single))
+    monkeypatch.setattr(mesh, "observer_part", answered)
+    monkeypatch.setattr(_Mesh, "prefers", prefers)
+    found = mesh.by_mesh(cast(Any, SimpleNamespace(progress=str, rules=RULES)))
+    assert asked == [("tether",), ("own",)]
+    assert found.leader.names == ("own",)

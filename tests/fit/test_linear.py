@@ -112,3 +112,23 @@ def test_runs_that_follow_others_say_what_all_together_do() -> None:
     fitted = np.sum(second.weights * (second.residuals**2 - left**2))
     before = known.at @ known.precision @ known.at
     assert fall == pytest.approx(fitted + before - pulled @ known.precision @ pulled)
+
+
+def test_an_error_grows_to_what_it_were_with_others_free_within_their_tolerances() -> None:
+    """It holds what others do that have 0.15 of their tolerance, three times the error alone."""
+    rng = np.random.default_rng(4)
+    time = np.arange(COUNT) / 50
+    slopes = np.column_stack([np.ones(COUNT), np.sin(time), np.sin(time + 0.3), np.cos(7 * time)])
+    names, own = ("base", "cause", "alike", "unlike"), np.zeros(4, dtype=np.bool_)
+    moving, off, grown = {"base": True, "cause": False}, list[float](), list[float]()
+    for _ in range(200):
+        hidden = np.array([0.5, TRUTH, *rng.normal(scale=0.15, size=2)])
+        residuals = rng.normal(size=COUNT) + slopes @ hidden
+        near = Linear(names, own, np.zeros(4), residuals, -slopes, EDGES)
+        found, wider = near.solved(moving), near.wider(moving, ["alike", "unlike"])
+        off.append((found.x[1] - TRUTH) / found.deviation[1])
+        grown.append(off[-1] / wider["cause"])
+        assert near.wider(moving, [])["cause"] == 1.0
+        assert near.wider(moving, ["unlike"])["cause"] < 1.1
+    assert np.std(off) > 2.5
+    assert 0.75 < np.std(grown) < 1.25

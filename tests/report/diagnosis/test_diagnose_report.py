@@ -75,9 +75,11 @@ class Regression:
     def solved(self, names: tuple[str, ...]) -> str:
         return names[0]
 
-    def values(self, found: str, name: str) -> dict[str, tuple[float, float]]:
+    def values(self, names: tuple[str, ...], found: str) -> dict[str, tuple[float, float]]:
+        (name,) = names
         assert found == name
-        return {q.name: (q.tolerance, q.tolerance / 4) for q in EFFECTS[name].quantities}
+        quantities = EFFECTS[name].quantities
+        return {f"{name} {q.name}": (q.tolerance, q.tolerance / 4) for q in quantities}
 
 
 def errors_of(sizes: dict[str, float], ahead: dict[str, float]) -> Errors:
