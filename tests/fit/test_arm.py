@@ -115,12 +115,10 @@ def test_the_drive_is_judged_from_a_point_far_off_t(droop: float, unseen_s: floa
     )
     fits = drive_fits(system, [turn], arm_of(system, [turn]))
     without, scaled = fits.solved(()), fits.solved(["speed_scale"])
-    at, tolerance = fits.linear.names.index("speed_scale share"), fits.tolerances
     share, error = fits.values(["speed_scale"], scaled)["speed_scale share"]
-    alone = scaled.deviation[at] * tolerance["speed_scale share"]
-    print(share, alone, error)
-    assert error > 1.2 * alone  # a droop or a drift within its tolerance may be there as well
+    _, wide = fits.values(["speed_scale"], scaled, ["speed_offset"])["speed_scale share"]
+    assert wide > 3 * error  # by one speed an offset within its tolerance does the same
     missed = np.sqrt(scaled.blocks.sum() / len(fits.linear.residuals))
     assert missed < 1.1
-    assert abs(share + droop) < 4 * alone
+    assert abs(share + droop) < 4 * error
     assert (without.cost - scaled.cost > 16) == bool(droop)

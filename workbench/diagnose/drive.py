@@ -14,7 +14,7 @@ Glitches are left out, and noise with a memory is whitened: r[k] - memory r[k-1]
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -92,16 +92,18 @@ class DriveFits:
             angle += number * self.columns[at].get(name, 0.0)
         return self.arm.true_angle(angle)
 
-    def values(self, names: Sequence[str], found: Solved) -> dict[str, tuple[float, float]]:
+    def values(
+        self, names: Sequence[str], found: Solved, others: Collection[str] = ()
+    ) -> dict[str, tuple[float, float]]:
         """Return the value and standard error [SI] of each number of some candidates.
-
-        An error counts what the other candidates may do within their tolerances.
 
         Args:
             names: of the candidates.
             found: the regression with them.
+            others: candidates that may be there as well, within their tolerances.
         """
-        wider = self.linear.wider(self._moving(names), self.tolerances)
+        free = [key for name in others for key in self.quantities[name]]
+        wider = self.linear.wider(self._moving(names), free)
         every = zip(self.linear.names, found.x, found.deviation, strict=True)
         return {
             key: (float(x) * self.tolerances[key], float(error) * wider[key] * self.tolerances[key])

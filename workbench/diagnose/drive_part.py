@@ -66,8 +66,10 @@ def drive_part(fits: Fits, best: Hypothesis) -> DrivePart | None:
     tried = [scored(one) for one in every if one]
     part = decide(scored(()), tried, samples, fits.rules)
     causes: dict[str, Cause] = {}
+    listed = {name for alike in part.alike for name in alike.names}
+    others = [name for name in names if name not in listed]
     for alike in part.alike:
-        found = fitted.values(alike.names, solved[alike.names])
+        found = fitted.values(alike.names, solved[alike.names], others)
         for name in alike.names:
             effect = EFFECTS[name]
             quantities = {

@@ -202,13 +202,14 @@ class Fits:
         self._around[at.names] = self._near(at)
         return screened(self._around[at.names], self.candidates, self._moving, at.names)
 
-    def errors(self, one: Hypothesis) -> dict[str, float]:
+    def errors(self, one: Hypothesis, listed: Collection[str]) -> dict[str, float]:
         """Return the standard error of each number of a hypothesis that was fitted to its end.
 
-        It counts what causes that are not in it may do within their tolerances.
+        It is as large as if all causes that are not listed were free within their tolerances.
         """
         near = self._around.get(one.names) or self._near(one)
-        every = {p.name for p in self.candidates.parameters(self.candidates)}
+        others = [name for name in self.candidates if name not in listed]
+        every = [p.name for p in self.candidates.parameters(others)]
         wider = near.wider(self._moving(one.names), every)
         return {name: error * wider[name] for name, error in one.deviations.items()}
 
@@ -304,7 +305,9 @@ class Fits:
 
         Half a step off, one by the mesh of its data was 38 costlier, and by another likelier.
         """
-        return min(one, self._at(one, between_steps(one.estimator, one.x)), key=by_cost)
+        estimator = between_steps(one.estimator, one.x)
+        same = estimator.noise == one.estimator.noise
+        return one if same else min(one, self._at(one, estimator), key=by_cost)
 
     def again(self, one: Hypothesis, near: Hypothesis) -> Hypothesis:
         """Return a hypothesis or, if that is likelier, it fitted from where one with more ended."""

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.decide import Part, Scored, Shown, chosen, comparable, decide, versus
 from workbench.diagnose.findings import Cause, EstimatedQuantity, Refit, quantity_of
 from workbench.diagnose.fits import Fits
@@ -136,15 +135,12 @@ def observer_part(fits: Fits, listed: Shortlist) -> ObserverPart:
     alike = {part.best.names, *(one.names for one in part.alike)}
     ended = {one.names: fits.ended(one) for one in (base, *tried) if one.names in alike}
     best = ended[part.best.names]
-    causes: list[Cause] = []
-    for one in part.alike:
-        holder = ended[one.names]
-        for name in one.names:
-            if name not in {cause.name for cause in causes}:
-                causes.append(_cause(fits.candidates[name], holder, fits))
-    return ObserverPart(
-        part, tuple(causes), base, best, tuple(tried), promises, _refit(fits, best), fits
-    )
+    holders = {name: ended[one.names] for one in reversed(part.alike) for name in one.names}
+    names = dict.fromkeys(name for one in part.alike for name in one.names)
+    errors = {one: fits.errors(one, holders) for one in {best, *holders.values()}}
+    causes = [_cause(name, holders[name], errors[holders[name]], fits) for name in names]
+    refit = _refit(fits, best, errors[best])
+    return ObserverPart(part, tuple(causes), base, best, tuple(tried), promises, refit, fits)
 
 
 def _from_best(
@@ -319,9 +315,10 @@ def _shown(fits: Fits, name: str) -> Shown:
     )
 
 
-def _cause(candidate: Candidate, holder: Hypothesis, fits: Fits) -> Cause:
+def _cause(name: str, holder: Hypothesis, errors: Mapping[str, float], fits: Fits) -> Cause:
     """Return a candidate with what was found of its quantities, or of the numbers that it frees."""
-    errors, values, quantities = fits.errors(holder), holder.values, dict[str, EstimatedQuantity]()
+    candidate, values = fits.candidates[name], holder.values
+    quantities = dict[str, EstimatedQuantity]()
     for key, parameter in candidate.quantities.items():
         value, error = values[parameter.name], errors[parameter.name]
         quantities[key] = quantity_of(value, error, parameter.low, parameter.high, parameter.unit)
@@ -337,9 +334,9 @@ def _cause(candidate: Candidate, holder: Hypothesis, fits: Fits) -> Cause:
     return Cause(candidate.name, quantities, sentence, candidate.separated_by)
 
 
-def _refit(fits: Fits, best: Hypothesis) -> tuple[Refit, ...]:
+def _refit(fits: Fits, best: Hypothesis, errors: Mapping[str, float]) -> tuple[Refit, ...]:
     """Return what the fit changed of the model's own numbers."""
-    errors, values, changed = fits.errors(best), best.values, list[Refit]()
+    values, changed = best.values, list[Refit]()
     for p in fits.rig.base:
         now = quantity_of(values[p.name], errors[p.name], -np.inf, np.inf, p.unit)
         share = (now.value - p.nominal) / (LIMITS * p.deviation)

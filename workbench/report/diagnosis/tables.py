@@ -120,9 +120,8 @@ def drive(found: Diagnosis) -> Markup:
     words = _spoken(f"{part.reason[:1].upper()}{part.reason[1:]}.")
     heads = ("Cause", "Quantity", "Value", "90 % interval", "Unit", "Gain", "Held out")
     below = (
-        "Each alone; its interval counts what the others may do within their tolerances. Gain: by "
-        "how much -2 ln of the likelihood of the rotor's angle falls, in the runs fitted and in "
-        "those held out."
+        "Each as if it were alone. Gain: by how much -2 ln of the likelihood of the rotor's angle "
+        "falls, in the runs fitted and in those held out."
     )
     paragraph = Markup("<p>{}</p>").format
     return paragraph(words) + (table(rows, heads) + paragraph(below) if rows else Markup())
@@ -135,9 +134,8 @@ def _sizes(found: DrivePart) -> dict[str, dict[str, Amount]]:
         if name not in fitted.quantities:
             continue
         values = fitted.values((name,), fitted.solved((name,)))
-        sizes[name] = {
-            q.name: _within(q, *values[f"{name} {q.name}"]) for q in EFFECTS[name].quantities
-        }
+        quantities = EFFECTS[name].quantities
+        sizes[name] = {q.name: _within(q, *values[f"{name} {q.name}"]) for q in quantities}
     return sizes
 
 
