@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from workbench.diagnose.candidates import Candidates
 from workbench.diagnose.held_out import unseen
 from workbench.diagnose.hypothesis import Hypothesis, blocks_of, by_cost, noise_of
-from workbench.diagnose.rig import Rig
+from workbench.diagnose.rig import HopperRig, Rig
 from workbench.diagnose.rules import Rules
 from workbench.diagnose.screening import Promise, pairs_without, screened
 from workbench.fit import (
@@ -205,8 +205,11 @@ class Fits:
     def errors(self, one: Hypothesis, listed: Collection[str]) -> dict[str, float]:
         """Return the standard error of each number of a hypothesis that was fitted to its end.
 
-        It is as large as if all causes that are not listed were free within their tolerances.
+        It is as large as if all causes that are not listed were free within their tolerances; of
+        another machine than the robot nobody has stated those.
         """
+        if not isinstance(self.rig, HopperRig):
+            return one.deviations
         near = self._around.get(one.names) or self._near(one)
         others = [name for name in self.candidates if name not in listed]
         every = [p.name for p in self.candidates.parameters(others)]
