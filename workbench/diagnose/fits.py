@@ -64,8 +64,7 @@ class Fits:
         left_out: numbers of runs that are not looked at.
     """
 
-    _known: Known | None = None
-    """What other runs say of some numbers."""
+    _known: Known | None = None  # what other runs say of some numbers
 
     def __init__(
         self,
@@ -308,9 +307,8 @@ class Fits:
 
         Half a step off, one by the mesh of its data was 38 costlier, and by another likelier.
         """
-        estimator = between_steps(one.estimator, one.x)
-        same = estimator.noise == one.estimator.noise
-        return one if same else min(one, self._at(one, estimator), key=by_cost)
+        there = between_steps(one.estimator, one.x)
+        return one if there is one.estimator else min(one, self._at(one, there), key=by_cost)
 
     def again(self, one: Hypothesis, near: Hypothesis) -> Hypothesis:
         """Return a hypothesis or, if that is likelier, it fitted from where one with more ended."""
