@@ -74,7 +74,11 @@ def write_together(title: str, comparisons: Sequence[Comparison], path: Path) ->
 def _recording(
     identity: str, title: str, path: Path, blueprint: rrb.Blueprint
 ) -> Iterator[rr.RecordingStream]:
-    stream = rr.RecordingStream(APPLICATION, recording_id=identity, send_properties=False)
+    # single rows are batched by a clock; sent at the end they stand at one place in every recording
+    batched = rr.ChunkBatcherConfig.NEVER()
+    stream = rr.RecordingStream(
+        APPLICATION, recording_id=identity, send_properties=False, batcher_config=batched
+    )
     stream.save(path, default_blueprint=blueprint)
     try:
         stream.send_recording_name(title)
