@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from workbench.fit import NOISE_FACTOR, between_steps
+from workbench.fit import NOISE_FACTOR, between_steps, weaker
 
 
 @dataclass(frozen=True)
@@ -50,3 +50,9 @@ def test_noise_is_taken_between_two_steps_and_no_farther_than_half_of_one() -> N
 
 def test_where_a_foot_lands_noise_stays() -> None:
     assert found(lands=True) == {"beam": 1.0, "foot": 1.0, "absent": 1.0}
+
+
+def test_the_noise_of_one_group_is_a_step_weaker() -> None:
+    begin: Any = Certain({"beam": 1.0, "foot": 1.0, "absent": 1.0})
+    noise = weaker(begin, "foot").noise
+    assert noise == {"beam": 1.0, "foot": pytest.approx(10**-0.5), "absent": 1.0}

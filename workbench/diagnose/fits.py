@@ -40,6 +40,7 @@ from workbench.fit import (
     reaches,
     refined,
     soft,
+    weaker,
 )
 from workbench.progress import Progress
 
@@ -48,7 +49,7 @@ __all__ = ["Fits"]
 Array = NDArray[np.float64]
 
 _STEPS = 6  # evaluations of one refit
-_ROUNDS = 2  # of weighing the process noise
+_LIKELIER = 2.0  # what a step of less process noise must gain
 _OFF = 0.1
 _WIDE = 5.0  # deviations of what another machine has more
 
@@ -81,7 +82,6 @@ class Fits:
         self.held = [k for k in runs if rig.roles[k] != "train"]
         self.candidates = Candidates.of(rig.candidates)
         self._modes = [one.mode for one in rig.facts]
-        self._unseen: Estimator | None = None
         self._limited: dict[Hypothesis, Hypothesis] = {}
         self._weighed: dict[Hypothesis, Hypothesis] = {}
         self._judged: dict[Hypothesis, tuple[Array, ...]] = {}
@@ -257,17 +257,16 @@ class Fits:
         low, high = estimator.vector.bounds
         goal = np.array([promise.numbers[p.name] for p in estimator.vector.parameters])
         slopes = promise.near.columns(estimator.vector, goal)
-        best: Minimum | None = None
+        tried = list[Minimum]()
         for start in (goal, x):
             found = minimum(
                 cheap.residuals, lambda _: slopes, np.clip(start, low + _OFF, high - _OFF),
                 (low, high), estimator.robust, _STEPS, ROUGH, slopes, edges=estimator.edges,
             )  # fmt: skip
-            if best is None or found.cost < best.cost:
-                best = found
-            if best.cost < float(np.sum(soft(exact, estimator.robust))):
+            tried.append(found)
+            if found.cost < float(np.sum(soft(exact, estimator.robust))):
                 break
-        assert best is not None
+        best = min(tried, key=lambda one: one.cost)
         return self._hypothesis(tuple(names), estimator, best.x, best.jacobian)
 
     def _either(
@@ -283,22 +282,27 @@ class Fits:
         return min(one, self.likelier(self.whole(names, known | wide, wide)), key=by_cost)
 
     def weighed(self, one: Hypothesis) -> Hypothesis:
-        """Return a hypothesis fitted again at the process noise that makes it most likely."""
+        """Return a hypothesis fitted again at the process noise that makes it most likely.
+
+        A step at a time in the end: where a fit ended by more noise, less is no likelier at once.
+        """
         if one not in self._weighed:
-            self._weighed[one] = self._weighing(one)
+            found = self.at_once(one)
+            for group in filter(found.estimator.depends_on, found.estimator.system.groups):
+                less = self._at(found, weaker(found.estimator, group))
+                while less.cost < found.cost - _LIKELIER:
+                    found, less = less, self._at(less, weaker(less.estimator, group))
+            self._weighed[one] = found
         return self._weighed[one]
 
-    def _weighing(self, one: Hypothesis) -> Hypothesis:
-        """Fit a hypothesis with ever less process noise, as is likelier."""
-        for _ in range(_ROUNDS):
-            estimator = likeliest(one.estimator, one.x, up=0)
-            if estimator.noise == one.estimator.noise:
-                break
-            one = self._at(one, estimator)
-        return one
+    def at_once(self, one: Hypothesis) -> Hypothesis:
+        """Return a hypothesis fitted again at the noise, no more than its own, likeliest there."""
+        estimator = likeliest(one.estimator, one.x, up=0)
+        return one if estimator.noise == one.estimator.noise else self._at(one, estimator)
 
     def _at(self, one: Hypothesis, estimator: Estimator) -> Hypothesis:
-        """Return a hypothesis fitted again by an estimator with other process noise."""
+        """Return a hypothesis fitted again at other process noise, by inputs that it makes."""
+        estimator = refined(estimator, one.x)
         found = minimised(estimator, one.x, None, _STEPS, ROUGH, one.jacobian, known=False)
         return self._hypothesis(one.names, estimator, found.x, found.jacobian)
 
@@ -318,7 +322,7 @@ class Fits:
 
     def moved(self, one: Hypothesis) -> Hypothesis:
         """Return a hypothesis of the same runs by another mesh, fitted by this one from its end."""
-        return self.weighed(self._from(one.names, one, CLOSE, one.jacobian))
+        return self.at_once(self._from(one.names, one, CLOSE, one.jacobian))
 
     def _from(
         self, names: tuple[str, ...], near: Hypothesis, end: float, slopes: Array | None = None
@@ -388,13 +392,9 @@ class Fits:
         return self._judged[one]
 
     def unseen(self, one: Hypothesis) -> Estimator:
-        """Return the estimator of the runs held out, their inputs made by the first that asks."""
-        like = self._unseen and self._unseen.system
-        system = self.rig.system(self.held, one.estimator.vector.shared, like)
-        vector = self._vector(system)
-        whole = self._whole(one)
+        """Return the estimator of the runs held out, their inputs made by the hypothesis."""
+        system = self.rig.system(self.held, one.estimator.vector.shared)
+        vector, whole = self._vector(system), self._whole(one)
         noise = {group: max(q, whole[group]) for group, q in one.estimator.noise.items()}
         estimator = Estimator.of(system, vector, noise, self.threads)
-        if like is None:
-            estimator = self._unseen = refined(estimator, vector.named(one.values))
-        return estimator
+        return refined(estimator, vector.named(one.values))

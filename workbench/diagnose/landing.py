@@ -83,7 +83,7 @@ class HopFits(Fits):
         if self._smooth[near.names].cost - smooth.cost < self.rules.suspected:
             return None
         self._smooth[smooth.names] = smooth
-        found = self._weighing(smooth)
+        found = self.at_once(smooth)
         if found.cost < near.cost:
             return found
         # no less likely than its neighbour, it has not come to its end

@@ -30,7 +30,7 @@ class _Mesh(NamedTuple):
         that is less likely, what makes up for that gained 141 where no cause was.
         """
         other.fits.progress(f"fit {together(leader.names)} by the other mesh")
-        leader = other.fits.settled(other.fits.weighed(leader))
+        leader = other.fits.settled(other.fits.at_once(leader))
         moved = self.fits.settled(_moved(leader, other.fits, self.fits))
         gain = min(self.base.cost, other.base.cost) - moved.cost
         return moved.cost < leader.cost and gain > practical(self.fits, moved)

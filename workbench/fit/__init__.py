@@ -33,7 +33,7 @@ from workbench.fit.observer import Innovations, Job, Start, observe
 from workbench.fit.online import LEAST_REST, Estimate, OnlineObserver, PointForces
 from workbench.fit.parameters import LIMITS, Acts, Known, Parameter, ParameterVector, Scope
 from workbench.fit.prediction import predictions
-from workbench.fit.process import NOISE_FACTOR, between_steps, likeliest
+from workbench.fit.process import NOISE_FACTOR, between_steps, likeliest, weaker
 from workbench.fit.replay import Replay, compared, compared_s, replayed
 from workbench.fit.smoother import WINDOW, at_points, smoothed
 from workbench.fit.soundness import warnings_of

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from workbench.fit.estimator import Estimator
 
-__all__ = ["NOISE_FACTOR", "between_steps", "likeliest"]
+__all__ = ["NOISE_FACTOR", "between_steps", "likeliest", "weaker"]
 
 NOISE_FACTOR = 10**0.5
 """From one strength that is tried to the next."""
@@ -78,6 +78,11 @@ def between_steps(estimator: Estimator, x: NDArray[np.float64]) -> Estimator:
         if there.log_likelihood(x) > here:
             estimator = there
     return estimator
+
+
+def weaker(estimator: Estimator, group: str) -> Estimator:
+    """Return the estimator with the process noise of a group of joints a step weaker."""
+    return _changed(estimator, group, 1 / NOISE_FACTOR)
 
 
 def _changed(estimator: Estimator, group: str, factor: float) -> Estimator:
