@@ -284,14 +284,15 @@ class Fits:
     def weighed(self, one: Hypothesis) -> Hypothesis:
         """Return a hypothesis fitted again at the process noise that makes it most likely.
 
-        A step at a time in the end: where a fit ended by more noise, less is no likelier at once.
+        A step at a time in the end, by inputs that it makes: weighed at once, a fit ends early.
         """
         if one not in self._weighed:
             found = self.at_once(one)
             for group in filter(found.estimator.depends_on, found.estimator.system.groups):
-                less = self._at(found, weaker(found.estimator, group))
-                while less.cost < found.cost - _LIKELIER:
-                    found, less = less, self._at(less, weaker(less.estimator, group))
+                less = found
+                while less is found or less.cost < found.cost - _LIKELIER:
+                    found = less
+                    less = self._at(found, refined(weaker(found.estimator, group), found.x))
             self._weighed[one] = found
         return self._weighed[one]
 
@@ -301,8 +302,7 @@ class Fits:
         return one if estimator.noise == one.estimator.noise else self._at(one, estimator)
 
     def _at(self, one: Hypothesis, estimator: Estimator) -> Hypothesis:
-        """Return a hypothesis fitted again at other process noise, by inputs that it makes."""
-        estimator = refined(estimator, one.x)
+        """Return a hypothesis fitted again at other process noise."""
         found = minimised(estimator, one.x, None, _STEPS, ROUGH, one.jacobian, known=False)
         return self._hypothesis(one.names, estimator, found.x, found.jacobian)
 
