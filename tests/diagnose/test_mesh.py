@@ -80,7 +80,7 @@ class Moved:
     def __init__(self, cost: float) -> None:
         self.progress, self._cost = str, cost
 
-    def weighed(self, one: Any) -> Any:
+    def at_once(self, one: Any) -> Any:
         return one
 
     def settled(self, one: Any) -> Any:
