@@ -255,3 +255,34 @@ def test_numbers_that_blow_up_end_the_motion(robot: Robot) -> None:
         stepper.step(34)
     assert stepper.broken.any()
     assert np.isfinite(batch.bind("qpos")).all()
+
+
+def test_many_unlike_chains_step_to_the_bits_of_each_alone(robot: Robot) -> None:
+    """Eleven make more than one block; some rub, one blows up, and one is not asked."""
+    model, data = at_rest(robot, CONDITIONS["hop"])
+    rubbing = with_effect(robot, "hinge_coulomb_friction", torque=1e-3)
+    other, _ = at_rest(applied(rubbing), CONDITIONS["hop"])
+    models = [(model, other)[i % 2] for i in range(11)]
+    state = np.empty(mujoco.mj_stateSize(model, int(mujoco.mjtState.mjSTATE_INTEGRATION)))
+    mujoco.mj_getState(model, data, state, int(mujoco.mjtState.mjSTATE_INTEGRATION))
+
+    def stepped(numbers: list[int], rows: list[int]) -> tuple[np.ndarray, np.ndarray]:
+        some = [models[i] for i in numbers]
+        batch = Batch(model, nsim=len(some), nthread=1, persistent=True)
+        batch.state[:] = state
+        batch.set_models(some)
+        for row, i in enumerate(numbers):
+            batch.bind("qpos")[row, -1] += 0.1 * i
+            batch.bind("qvel")[row, -1] = 1e9 if i == 4 else 17.0
+        batch.forward(stage=int(mujoco.mjtStage.mjSTAGE_VEL))
+        stepper = Stepper(batch, some)
+        stepper.step(60, np.array(rows, dtype=np.int32))
+        return batch.state.copy(), stepper.broken
+
+    asked = [0, 1, 2, 3, 4, 5, 6, 8, 9, 10]
+    together, broken = stepped(list(range(11)), asked)
+    assert broken.tolist() == [i == 4 for i in range(11)]
+    for i in asked:
+        assert np.array_equal(together[i], stepped([i], [0])[0][0]), i
+    assert np.array_equal(together[7], stepped([7], [])[0][0])
+    assert len(np.unique(together, axis=0)) == 11

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -115,6 +116,7 @@ def at_points(force: Array, covariance: Array, slopes: Array) -> tuple[Array, Ar
     return np.einsum("krs,kms,km->kr", found, weighed, force), found
 
 
+@numba.njit(cache=True, nogil=True)
 def _forwards(
     error: Array, slopes: Array, corrected: Array, noise: Array, covariance: Array,
     transition: Array, kicks: Array,
@@ -126,24 +128,25 @@ def _forwards(
     count, size = corrected.shape
     state, pull = np.zeros((count, size)), np.empty((count, size))
     before, known = np.empty((count, size, size)), np.empty((count, size, size))
-    before[0], white = covariance, np.diag(noise)
+    before[0], white, turned = covariance, np.diag(noise), transition.T.copy()
     for k in range(count):
         slope, spread = slopes[k], before[k]
-        moved = slope @ spread
-        weighed = slope.T @ np.linalg.inv(moved @ slope.T + white)
+        columns = slope.T.copy()
+        weighed = columns @ np.linalg.inv(slope @ spread @ columns + white)
         pull[k], known[k] = weighed @ (error[k] - slope @ state[k]), weighed @ slope
         if k + 1 < count:
             after = spread - spread @ known[k] @ spread
             state[k + 1] = transition @ (state[k] + spread @ pull[k] - corrected[k])
-            before[k + 1] = transition @ after @ transition.T + kicks
+            before[k + 1] = transition @ after @ turned + kicks
     return state, before, pull, known
 
 
+@numba.njit(cache=True, nogil=True)
 def _backwards(pull: Array, known: Array, loops: Array) -> tuple[Array, Array]:
     """Return a, (n, 2 m), and B, (n, 2 m, 2 m), from the last sample to the first."""
     adjoint, information = pull.copy(), known.copy()
     for k in range(len(pull) - 2, -1, -1):
-        back = loops[k].T
+        back = loops[k].T.copy()
         adjoint[k] += back @ adjoint[k + 1]
         information[k] += back @ information[k + 1] @ loops[k]
     return adjoint, information

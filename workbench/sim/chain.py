@@ -1,4 +1,4 @@
-"""Planar chains: models that compiled code steps as the engine does, in a fifth of its time.
+"""Planar chains: models that compiled code steps as the engine does, in a tenth of its time.
 
 The robot in its hopping plane is one: a foot that is fixed or free, hinges about +y in a row, their
 springs, dampers and dry friction, the rotor with its servo, and the force laws of `ground`,

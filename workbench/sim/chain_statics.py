@@ -13,17 +13,19 @@ from workbench.sim.chain_links import (
     FZ,
     IX,
     IZ,
+    LANES,
     RX,
     RZ,
     TORQUE,
-    WORK,
     XX,
+    Q,
     add_force,
     bend_hinges,
     compile_part,
     place_links,
     pull_top,
     read_coordinates,
+    read_hinges,
 )
 from workbench.sim.compiling import compiled
 from workbench.sim.ground import GROUND_RECORD, planar_forces
@@ -34,7 +36,7 @@ Array = NDArray[np.float64]
 
 
 def _stiffness_of_chain(
-    links: Array,
+    block: Array,
     ground: Array,
     laws: Array,
     top: Array,
@@ -52,8 +54,8 @@ def _stiffness_of_chain(
     Central differences; the foot's corners lock where they are.
 
     Args:
-        links: (n + 1, 18) of `PlanarChain` [SI], as all that follows up to the root.
-        ground: (18,) [SI].
+        block: (n + 1, ROW) of `blocks_of`, as many as it has of the chain; used up [SI].
+        ground: (18,) of `PlanarChain` [SI], as all that follows up to the root.
         laws: (10,) [SI].
         top: (4,) [m, rad].
         gravity: (2,) [m/s^2].
@@ -66,52 +68,62 @@ def _stiffness_of_chain(
         pulled: (4,) link and position of a force on T [m, rad].
         pull: (2,) that force, forward and up [N].
     """
-    size, count = len(dofs), links.shape[0] + 2
-    q, v, foot = np.empty(count), np.zeros(count), np.empty(3)
-    user, work = np.empty(GROUND_RECORD), np.empty((links.shape[0], WORK))
-    sides, found = np.empty((2, size)), np.empty((size, size))
-    for column in range(size):
-        for side in range(2):
+    size, count = len(dofs), len(block) + 2
+    q, still, user = np.empty(count), np.zeros((LANES, 3)), np.empty(GROUND_RECORD)
+    feet, pushed = np.empty((2, LANES, 3))
+    sides, found = np.empty((2 * size, size)), np.empty((size, size))
+    for first in range(0, 2 * size, LANES):
+        lanes = min(LANES, 2 * size - first)
+        for i in range(lanes):
+            column, side = divmod(first + i, 2)
             read_coordinates(root, qpos, q)
-            for i in range(count):
-                q[i] += (step - 2 * step * side) * directions[column, i]
-            user[:] = 0.0
-            foot[0] = foot[1] = foot[2] = 0.0
+            q += (step - 2 * step * side) * directions[column]
+            read_hinges(q, Q, i, block, feet)
+            pushed[i], user[:] = 0.0, 0.0
             if ground[0] != 0.0:
-                planar_forces(ground, q, v, user, foot)
-            place_links(links, q, v, work)
-            bend_hinges(links, q, v, work)
+                planar_forces(ground, feet[i], still[i], user, pushed[i])
+        place_links(block, feet, still, lanes)
+        bend_hinges(block, lanes)
+        for i in range(lanes):
             if laws[0] != 0.0:
-                pull_top(links, laws, top, q, v, work)
-            add_force(work, int(pulled[0]), pulled, pull[0], pull[1])
-            _sum_forces(gravity, foot, work)
-            for i in range(size):
-                k = dofs[i]
-                sides[side, i] = (
-                    -work[0, FX + k] if k < 2 else -work[0, FI] if k == 2 else work[k - 2, TORQUE]
-                )
-        for i in range(size):
-            found[i, column] = (sides[1, i] - sides[0, i]) / (2 * step)
+                pull_top(block, i, laws, top, feet[i, 0])
+            add_force(block, int(pulled[0]), i, pulled, pull[0], pull[1])
+            _sum_forces(block, i, gravity, pushed[i])
+            for j in range(size):
+                sides[first + i, j] = _unbalanced(block, i, dofs[j])
+    for column in range(size):
+        for j in range(size):
+            found[j, column] = (sides[2 * column + 1, j] - sides[2 * column, j]) / (2 * step)
     return found
 
 
 @compile_part
-def _sum_forces(gravity: Array, foot: Array, work: Array) -> None:
+def _unbalanced(block: Array, lane: int, dof: int) -> float:
+    """Return the force or torque that a degree of freedom is left with, its forces summed up."""
+    if dof < 2:
+        return -block[0, (FX if dof == 0 else FZ) + lane]
+    return -block[0, FI + lane] if dof == 2 else block[dof - 2, TORQUE + lane]
+
+
+@compile_part
+def _sum_forces(block: Array, lane: int, gravity: Array, ground: Array) -> None:
     """Sum up, tip to root, gravity and the forces on links at each hinge of a chain at rest."""
-    for k in range(work.shape[0] - 1, -1, -1):
-        work[k, FI] -= work[k, IX] * gravity[0] + work[k, IZ] * gravity[1]
-        work[k, FX] -= work[k, XX] * gravity[0]
-        work[k, FZ] -= work[k, XX] * gravity[1]
+    for k in range(len(block) - 1, -1, -1):
+        block[k, FI + lane] -= block[k, IX + lane] * gravity[0] + block[k, IZ + lane] * gravity[1]
+        block[k, FX + lane] -= block[k, XX + lane] * gravity[0]
+        block[k, FZ + lane] -= block[k, XX + lane] * gravity[1]
         if k == 0:
-            work[0, FI] -= foot[2]
-            work[0, FX] -= foot[0]
-            work[0, FZ] -= foot[1]
+            block[k, FX + lane] -= ground[0]
+            block[k, FZ + lane] -= ground[1]
+            block[k, FI + lane] -= ground[2]
             break
-        work[k, TORQUE] -= work[k, FI]
-        fx, fz = work[k, FX], work[k, FZ]
-        work[k - 1, FI] += work[k, FI] + work[k, RZ] * fx - work[k, RX] * fz
-        work[k - 1, FX] += fx
-        work[k - 1, FZ] += fz
+        block[k, TORQUE + lane] -= block[k, FI + lane]
+        fx, fz = block[k, FX + lane], block[k, FZ + lane]
+        block[k - 1, FI + lane] += (
+            block[k, FI + lane] + block[k, RZ + lane] * fx - block[k, RX + lane] * fz
+        )
+        block[k - 1, FX + lane] += fx
+        block[k - 1, FZ + lane] += fz
 
 
 stiffness_of_chain: Callable[..., Array] = compiled(_stiffness_of_chain)

@@ -23,21 +23,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.sim.chain import ActuatorColumn
-from workbench.sim.chain_acceleration import hinge_gains, root_gains, sum_inertias
-from workbench.sim.chain_friction import FRICTION_WORK, begin_to_rub, rub
+from workbench.sim.chain_acceleration import accelerate_hinges, accelerate_root, sum_inertias
+from workbench.sim.chain_friction import begin_to_rub, rub
 from workbench.sim.chain_links import (
+    ACCELERATION,
     COS,
+    FORWARD,
+    LANES,
+    LATER,
     LOSS,
     RX,
     RZ,
     SIN,
     TORQUE,
-    WORK,
+    TURN,
+    UP,
+    Q,
+    V,
     bend_hinges,
     compile_part,
     place_links,
     pull_top,
     read_coordinates,
+    read_hinges,
     read_rates,
 )
 from workbench.sim.compiling import compiled
@@ -47,6 +55,7 @@ from workbench.sim.ground import planar_forces, planar_forces_again
 __all__ = ["step_chains"]
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 _HIGHEST = 1e10
 """Above it an acceleration has diverged (the engine's mjMAXVAL)."""
@@ -57,7 +66,7 @@ _OF, _GAIN, _OFFSET, _STIFFNESS, _DAMPING, _ADDRESS, _MODULATED, _RIPPLED, _DROO
 
 
 def _step_chains(
-    links: Array,
+    blocks: Array,
     actuators: Array,
     ground: Array,
     laws: Array,
@@ -66,13 +75,13 @@ def _step_chains(
     step: Array,
     ahead: Array,
     root: int,
-    rows: NDArray[np.int32],
+    asked: Flags,
     state: Array,
     forced: Array,
     spans: NDArray[np.int64],
     steps: int,
     torque: Array,
-    broken: NDArray[np.bool_],
+    broken: Flags,
     bodies: Array,
     xpos: Array,
     xmat: Array,
@@ -81,8 +90,8 @@ def _step_chains(
     """Step some simulations of equal layout in place; one that diverges keeps its last state.
 
     Args:
-        links: (s, n + 1, 15) of `PlanarChain` [SI], as all that follows up to the step, stacked.
-        actuators: (s, nu, 13) [SI].
+        blocks: (b, n + 1, ROW) of `blocks_of` with the links of all simulations [SI].
+        actuators: (s, nu, 13) of `PlanarChain` [SI], as all that follows up to the step, stacked.
         ground: (s, 18) [SI].
         laws: (s, 10) [SI].
         top: (s, 4) [m, rad].
@@ -90,7 +99,7 @@ def _step_chains(
         step: (s,) [s].
         ahead: (s,) [s].
         root: degrees of freedom of the root.
-        rows: (r,) of the simulations to step.
+        asked: (s,) which simulations are stepped.
         state: (s, size) mjSTATE_INTEGRATION [SI].
         forced: (s, size) states of which `userdata` has the forces [SI]; a state that was corrected
             since then gets new ones.
@@ -105,80 +114,114 @@ def _step_chains(
         xmat: (s, nbody, 9) axes of the bodies [1].
         xanchor: (s, njnt, 3) of hinges [m].
     """
-    count = links.shape[1] + 2
-    q, v, a, foot = np.empty(count), np.empty(count), np.empty(count), np.empty(3)
-    later = np.empty(count)
-    act, user = np.empty(spans[2, 1] - spans[2, 0]), np.empty(spans[4, 1] - spans[4, 0])
-    work, friction = np.empty((links.shape[1], WORK)), np.empty((links.shape[1], FRICTION_WORK))
-    for row in rows:
-        if broken[row]:
+    values, scratch = np.empty(blocks.shape[1] + 2), np.empty(blocks.shape[1:])
+    feet, rates, gains = np.empty((LANES, 3)), np.empty((LANES, 3)), np.empty((LANES, 3))
+    act = np.empty((LANES, spans[2, 1] - spans[2, 0]))
+    control = np.empty((LANES, spans[3, 1] - spans[3, 0]))
+    user = np.empty((LANES, spans[4, 1] - spans[4, 0]))
+    failed, unchanged = np.empty(LANES, dtype=np.bool_), np.empty(LANES, dtype=np.bool_)
+    none = np.zeros(LANES)
+    for b in range(len(blocks)):
+        block, first = blocks[b], LANES * b
+        lanes, stepped = min(LANES, len(state) - first), 0
+        for i in range(lanes):
+            row = first + i
+            failed[i] = broken[row] or not asked[row]
+            unchanged[i] = ground[row, 0] != 0.0 and _is_same(state, forced, row, spans)
+            read_coordinates(root, _slice(state, row, spans[0]), values)
+            read_hinges(values, Q, i, block, feet)
+            read_rates(root, _slice(state, row, spans[1]), values)
+            read_hinges(values, V, i, block, rates)
+            read_rates(root, _slice(state, row, spans[6]), values)
+            read_hinges(values, ACCELERATION, i, block, gains)
+            _read(state, row, spans[2, 0], act, i)
+            _read(state, row, spans[3, 0], control, i)
+            _read(state, row, spans[4, 0], user, i)
+            stepped += not failed[i]
+        if stepped == 0:
             continue
-        qpos, qvel = _slice(state, row, spans[0]), _slice(state, row, spans[1])
-        control, unchanged = _slice(state, row, spans[3]), True
-        for k in (0, 1, 4):
-            for i in range(spans[k, 0], spans[k, 1]):
-                unchanged = unchanged and state[row, i] == forced[row, i]
-        acceleration = _slice(state, row, spans[6])
-        read_coordinates(root, qpos, q)
-        read_rates(root, qvel, v)
-        read_rates(root, acceleration, a)
-        _copy(_slice(state, row, spans[2]), act)
-        _copy(_slice(state, row, spans[4]), user)
-        broken[row] = not _step_chain(
-            links[row], actuators[row], ground[row], laws[row], top[row], gravity[row],
-            float(step[row]), float(ahead[row]), root > 0, q, v, a, later, act, control, user,
-            unchanged, steps, torque[row], foot, work, friction,
+        own = slice(first, first + lanes)
+        _step_block(
+            block, scratch, actuators[own], ground[own], laws[own], top[own], gravity[own],
+            step[own], ahead[own], root > 0, feet, rates, gains, act, control, user, unchanged,
+            steps, torque[own], failed,
         )  # fmt: skip
-        if broken[row]:
-            continue
-        _write_coordinates(root, q, qpos)
-        _write_rates(root, v, qvel)
-        _write_rates(root, a, acceleration)
-        _copy(act, _slice(state, row, spans[2]))
-        _copy(user, _slice(state, row, spans[4]))
-        state[row, spans[5, 0]] += steps * step[row]
-        place_links(links[row], q, v, work)
-        _write_poses(bodies[row], root, q, work, xpos[row], xmat[row], xanchor[row])
+        _look_ahead(block, none, lanes)
+        place_links(block, feet, rates, lanes)
+        for i in range(lanes):
+            row = first + i
+            if failed[i]:
+                broken[row] = broken[row] or asked[row]
+                continue
+            _gather(block, Q, i, feet, values)
+            _write_coordinates(root, values, _slice(state, row, spans[0]))
+            _gather(block, V, i, rates, values)
+            _write_rates(root, values, _slice(state, row, spans[1]))
+            _gather(block, ACCELERATION, i, gains, values)
+            _write_rates(root, values, _slice(state, row, spans[6]))
+            for j in range(act.shape[1]):
+                state[row, spans[2, 0] + j] = act[i, j]
+            for j in range(user.shape[1]):
+                state[row, spans[4, 0] + j] = user[i, j]
+            state[row, spans[5, 0]] += steps * step[row]
+            _write_poses(bodies, root, row, i, feet, block, xpos, xmat, xanchor)
+
+
+@compile_part
+def _is_same(state: Array, forced: Array, row: int, spans: NDArray[np.int64]) -> bool:
+    """Return whether a state's coordinates, rates and corners are those that have forces."""
+    for k in (0, 1, 4):
+        for i in range(spans[k, 0], spans[k, 1]):
+            if state[row, i] != forced[row, i]:
+                return False
+    return True
+
+
+@compile_part
+def _read(state: Array, row: int, begin: int, part: Array, lane: int) -> None:
+    """Copy a part of a state to a chain's lane."""
+    for j in range(part.shape[1]):
+        part[lane, j] = state[row, begin + j]
+
+
+@compile_part
+def _gather(block: Array, column: int, lane: int, of_root: Array, values: Array) -> None:
+    """Copy coordinates, rates or accelerations of one chain; the reverse of `read_hinges`."""
+    for i in range(3):
+        values[i] = of_root[lane, i]
+    for k in range(1, len(block)):
+        values[2 + k] = block[k, column + lane]
 
 
 @compile_part
 def _write_poses(
-    bodies: Array, root: int, q: Array, work: Array, xpos: Array, xmat: Array, xanchor: Array
-) -> None:
-    """Write positions and orientations of bodies and positions of hinges."""
-    x, z, body = q[0], q[1], 1
-    first = xanchor.shape[0] - work.shape[0] + 1
-    for k in range(work.shape[0]):
+    bodies: Array, root: int, row: int, lane: int, feet: Array, block: Array, xpos: Array,
+    xmat: Array, xanchor: Array,
+) -> None:  # fmt: skip
+    """Write positions and orientations of a chain's bodies and positions of its hinges."""
+    x, z, body = feet[lane, 0], feet[lane, 1], 1
+    first = xanchor.shape[1] - len(block) + 1
+    for k in range(len(block)):
         if k > 0:
-            x, z = x + work[k, RX], z + work[k, RZ]
-            xanchor[first + k - 1, 0], xanchor[first + k - 1, 2] = x, z
-        elif root > 0:
-            xanchor[first - 1, 0], xanchor[first - 1, 2] = x, z
-        c, s = work[k, COS], work[k, SIN]
-        while body < len(bodies) and bodies[body, 0] == k:
-            dx, dz, turn = bodies[body, 1], bodies[body, 2], bodies[body, 3]
-            xpos[body, 0], xpos[body, 2] = x + c * dx + s * dz, z + c * dz - s * dx
-            a, b = (
-                (c, s)
-                if turn == 0.0
-                else (
-                    c * math.cos(turn) - s * math.sin(turn),
-                    s * math.cos(turn) + c * math.sin(turn),
-                )
-            )
-            xmat[body, 0], xmat[body, 2], xmat[body, 6], xmat[body, 8] = a, b, -b, a
+            x, z = x + block[k, RX + lane], z + block[k, RZ + lane]
+        if k > 0 or root > 0:
+            xanchor[row, first + k - 1, 0], xanchor[row, first + k - 1, 2] = x, z
+        c, s = block[k, COS + lane], block[k, SIN + lane]
+        while body < bodies.shape[1] and bodies[row, body, 0] == k:
+            dx, dz, turn = bodies[row, body, 1], bodies[row, body, 2], bodies[row, body, 3]
+            xpos[row, body, 0], xpos[row, body, 2] = x + c * dx + s * dz, z + c * dz - s * dx
+            a, b = c, s
+            if turn != 0.0:
+                a = c * math.cos(turn) - s * math.sin(turn)
+                b = s * math.cos(turn) + c * math.sin(turn)
+            xmat[row, body, 0], xmat[row, body, 2] = a, b
+            xmat[row, body, 6], xmat[row, body, 8] = -b, a
             body += 1
 
 
 @compile_part
 def _slice(state: Array, row: int, span: NDArray[np.int64]) -> Array:
     return state[row, span[0] : span[1]]
-
-
-@compile_part
-def _copy(values: Array, to: Array) -> None:
-    for i in range(len(values)):
-        to[i] = values[i]
 
 
 @compile_part
@@ -203,111 +246,145 @@ def _write_rates(root: int, v: Array, qvel: Array) -> None:
 
 
 @compile_part
-def _step_chain(
-    links: Array,
+def _step_block(
+    block: Array,
+    scratch: Array,
     actuators: Array,
     ground: Array,
     laws: Array,
     top: Array,
     gravity: Array,
-    step: float,
-    ahead: float,
+    step: Array,
+    ahead: Array,
     free: bool,
-    q: Array,
-    v: Array,
-    a: Array,
-    later: Array,
+    feet: Array,
+    rates: Array,
+    gains: Array,
     act: Array,
     control: Array,
     user: Array,
-    unchanged: bool,
+    unchanged: Flags,
     steps: int,
     torque: Array,
-    foot: Array,
-    work: Array,
-    friction: Array,
-) -> bool:
-    """Step one chain; return whether every acceleration was finite."""
-    last = links.shape[0] - 1
-    rubs = begin_to_rub(links, v, friction)
+    failed: Flags,
+) -> None:
+    """Step the chains of a block; say of which an acceleration was not finite."""
+    lanes = len(step)
+    rubs = begin_to_rub(block, scratch, lanes)
+    pushed, later = np.zeros((LANES, 3)), np.zeros((LANES, 3))
     for done in range(steps):
-        foot[0] = foot[1] = foot[2] = 0.0
-        if ground[0] != 0.0:
-            if unchanged and done == 0:
-                planar_forces_again(ground, q, user, foot)
-            else:
-                planar_forces(ground, q, v, user, foot)
-        for i in range(last + 3):
-            later[i] = v[i] + ahead * a[i]
-        place_links(links, q, later, work)
-        bend_hinges(links, q, v, work)
-        for i in range(actuators.shape[0]):
-            _add_actuator_torque(actuators, i, q, v, act, control, torque, work)
-        if laws[0] != 0.0:
-            pull_top(links, laws, top, q, later, work)
+        for i in range(lanes):
+            pushed[i, 0] = pushed[i, 1] = pushed[i, 2] = 0.0
+            if ground[i, 0] != 0.0:
+                if unchanged[i] and done == 0:
+                    planar_forces_again(ground[i], feet[i], user[i], pushed[i])
+                else:
+                    planar_forces(ground[i], feet[i], rates[i], user[i], pushed[i])
+            for j in range(3):
+                later[i, j] = rates[i, j] + ahead[i] * gains[i, j]
+        _look_ahead(block, ahead, lanes)
+        place_links(block, feet, later, lanes)
+        bend_hinges(block, lanes)
+        _drive(actuators, act, control, block, torque, failed)
+        for i in range(lanes):
+            if laws[i, 0] != 0.0:
+                pull_top(block, i, laws[i], top[i], feet[i, 0])
         if rubs:
-            rub(links, gravity, free, v, foot, work, friction)
-        sum_inertias(links, step, work)
-        turn, forward, up = root_gains(work, foot) if free else (0.0, -gravity[0], -gravity[1])
-        if not abs(turn) + abs(forward) + abs(up) < _HIGHEST:
-            return False
+            rub(block, scratch, gravity, free, pushed, failed, lanes)
+        sum_inertias(block, step, lanes)
+        accelerate_root(block, gravity, free, pushed, lanes)
+        _activate(actuators, step, act, control, block, lanes)
+        accelerate_hinges(block, lanes)
+        _integrate(block, step, lanes)
         if free:
-            a[0], a[1], a[2] = forward + gravity[0], up + gravity[1], turn
-        for i in range(actuators.shape[0]):
-            _step_activation(actuators, i, step, q, v, act, control, work)
-        for k in range(1, last + 1):
-            joint, forward, up = hinge_gains(work, k, turn, forward, up)
-            if not abs(joint) < _HIGHEST:
-                return False
-            turn += joint
-            a[2 + k] = joint
-        for i in range(0 if free else 3, last + 3):
-            v[i] += step * a[i]
-            q[i] += step * v[i]
-    return True
+            _integrate_root(block, gravity, step, feet, rates, gains, lanes)
+        if _find_failed(block, failed, lanes) == lanes:
+            return
 
 
 @compile_part
-def _add_actuator_torque(
-    actuators: Array,
-    i: int,
-    q: Array,
-    v: Array,
-    act: Array,
-    control: Array,
-    torque: Array,
-    work: Array,
-) -> None:
-    """Add the torque of an actuator to that of its hinge."""
-    k, gain, address = int(actuators[i, _OF]), actuators[i, _GAIN], int(actuators[i, _ADDRESS])
-    if actuators[i, _RIPPLED] != 0.0:
-        gain *= ripple(actuators[i, _DROOP + 1 :], work[k, COS], work[k, SIN])
-    driven = control[i] if address < 0 else act[address]
-    passive = actuators[i, _STIFFNESS] * q[2 + k] + actuators[i, _DAMPING] * v[2 + k]
-    torque[i] = gain * driven + actuators[i, _OFFSET] + passive
-    work[k, TORQUE] += torque[i]
-    work[k, LOSS] -= actuators[i, _DAMPING]
+def _look_ahead(block: Array, ahead: Array, lanes: int) -> None:
+    """Write at what speeds of hinges centrifugal forces are taken."""
+    for k in range(1, len(block)):
+        for i in range(lanes):
+            block[k, LATER + i] = block[k, V + i] + ahead[i] * block[k, ACCELERATION + i]
 
 
 @compile_part
-def _step_activation(
-    actuators: Array,
-    i: int,
-    step: float,
-    q: Array,
-    v: Array,
-    act: Array,
-    control: Array,
-    work: Array,
+def _integrate(block: Array, step: Array, lanes: int) -> None:
+    """Integrate the hinges' speeds and, with the new ones, their angles."""
+    for k in range(1, len(block)):
+        for i in range(lanes):
+            speed = block[k, V + i] + step[i] * block[k, ACCELERATION + i]
+            block[k, V + i] = speed
+            block[k, Q + i] += step[i] * speed
+
+
+@compile_part
+def _integrate_root(
+    block: Array, gravity: Array, step: Array, feet: Array, rates: Array, gains: Array, lanes: int
 ) -> None:
-    """Integrate an actuator's activation, with the hinges' speeds before the step."""
-    k, address, rate = int(actuators[i, _OF]), int(actuators[i, _ADDRESS]), control[i]
-    if address < 0:
-        return
-    if actuators[i, _MODULATED] != 0.0:
-        error, numbers = act[address] - q[2 + k], actuators[i, _DROOP:]
-        rate = servo_rate(numbers, rate, error, v[2 + k], work[k, COS], work[k, SIN])
-    act[address] += step * rate
+    """Integrate the roots' motion, and write their accelerations."""
+    for i in range(lanes):
+        gains[i, 0] = block[0, FORWARD + i] + gravity[i, 0]
+        gains[i, 1] = block[0, UP + i] + gravity[i, 1]
+        gains[i, 2] = block[0, TURN + i]
+        for j in range(3):
+            rates[i, j] += step[i] * gains[i, j]
+            feet[i, j] += step[i] * rates[i, j]
+
+
+@compile_part
+def _find_failed(block: Array, failed: Flags, lanes: int) -> int:
+    """Write which chains have an acceleration that has diverged, and return how many."""
+    count = 0
+    for i in range(lanes):
+        total = abs(block[0, TURN + i]) + abs(block[0, FORWARD + i]) + abs(block[0, UP + i])
+        for k in range(1, len(block)):
+            total += abs(block[k, ACCELERATION + i])
+        failed[i] = failed[i] or not total < _HIGHEST
+        count += failed[i]
+    return count
+
+
+@compile_part
+def _drive(
+    actuators: Array, act: Array, control: Array, block: Array, torque: Array, failed: Flags
+) -> None:
+    """Write the torques of actuators and add them to those of their hinges."""
+    for i in range(len(actuators)):
+        for j in range(actuators.shape[1]):
+            k, gain = int(actuators[i, j, _OF]), actuators[i, j, _GAIN]
+            address, damping = int(actuators[i, j, _ADDRESS]), actuators[i, j, _DAMPING]
+            if actuators[i, j, _RIPPLED] != 0.0:
+                shares = actuators[i, j, _DROOP + 1 :]
+                gain *= ripple(shares, block[k, COS + i], block[k, SIN + i])
+            driven = control[i, j] if address < 0 else act[i, address]
+            stiffness = actuators[i, j, _STIFFNESS]
+            passive = stiffness * block[k, Q + i] + damping * block[k, V + i]
+            total = gain * driven + actuators[i, j, _OFFSET] + passive
+            block[k, TORQUE + i] += total
+            block[k, LOSS + i] -= damping
+            if not failed[i]:
+                torque[i, j] = total
+
+
+@compile_part
+def _activate(
+    actuators: Array, step: Array, act: Array, control: Array, block: Array, lanes: int
+) -> None:
+    """Integrate the actuators' activations, with the hinges' speeds before the step."""
+    for i in range(lanes):
+        for j in range(actuators.shape[1]):
+            k, address = int(actuators[i, j, _OF]), int(actuators[i, j, _ADDRESS])
+            if address < 0:
+                continue
+            rate = control[i, j]
+            if actuators[i, j, _MODULATED] != 0.0:
+                error, speed = act[i, address] - block[k, Q + i], block[k, V + i]
+                c, s = block[k, COS + i], block[k, SIN + i]
+                rate = servo_rate(actuators[i, j, _DROOP:], rate, error, speed, c, s)
+            act[i, address] += step[i] * rate
 
 
 step_chains: Callable[..., None] = compiled(_step_chains)

@@ -276,11 +276,11 @@ def planar_forces_again(p: Array, q: Array, user: Array, out: Array) -> None:
     """
     c, s = np.cos(q[2]), np.sin(q[2])
     for k in range(CORNERS):
-        corner = user[k * _WIDTH : (k + 1) * _WIDTH]
+        fx, fz = user[k * _WIDTH + 2], user[k * _WIDTH + 4]
         bx = p[1] if k < 2 else -p[1]
-        out[0] += corner[2]
-        out[1] += corner[4]
-        out[2] += -s * bx * corner[2] - c * bx * corner[4]
+        out[0] += fx
+        out[1] += fz
+        out[2] += -s * bx * fx - c * bx * fz
 
 
 @numba.njit(cache=True)
@@ -295,12 +295,14 @@ def planar_forces(p: Array, q: Array, v: Array, user: Array, out: Array) -> None
         out: (n,) forces, of which the first 3 are added to [N, N m].
     """
     c, s = np.cos(q[2]), np.sin(q[2])
-    for k in range(CORNERS):
-        corner = user[k * _WIDTH : (k + 1) * _WIDTH]
-        bx = p[1] if k < 2 else -p[1]
+    for edge in range(2):  # its two corners move alike
+        first = 2 * edge * _WIDTH
+        corner, bx = user[first : first + _WIDTH], p[1] - 2 * edge * p[1]
         arm_x, arm_z = c * bx, -s * bx
         z, vz = q[1] + arm_z, v[1] - v[2] * arm_x
         fz = _normal(p, corner, z, vz)
         fx = _friction(p, corner, q[0] + arm_x, v[0] + v[2] * arm_z, fz)
         corner[2], corner[3], corner[4] = fx, 0.0, fz
+        for i in range(_WIDTH):
+            user[first + _WIDTH + i] = corner[i]
     planar_forces_again(p, q, user, out)

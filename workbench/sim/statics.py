@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from workbench.sim.beam_laws import leave_edge
 from workbench.sim.chain import PlanarChain
+from workbench.sim.chain_links import LANES, blocks_of
 from workbench.sim.chain_statics import stiffness_of_chain
 from workbench.sim.robot import Foot
 
@@ -82,8 +83,9 @@ def static_stiffness(
     leave_edge(model, data, 2 * _DIFFERENCE, within)
     if chain is not None:
         index = {int(dof): i for i, dof in enumerate(chain.dofs)}
+        block = blocks_of(np.repeat(chain.links[None], LANES, axis=0))[0]
         found = stiffness_of_chain(
-            chain.links, chain.ground, chain.laws, chain.top, np.array(chain.gravity), chain.root,
+            block, chain.ground, chain.laws, chain.top, np.array(chain.gravity), chain.root,
             data.qpos, np.where(chain.dofs >= 0, directions[:, chain.dofs], 0.0),
             np.array([index[int(dof)] for dof in dofs]), _DIFFERENCE,
             chain.bodies[top], data.xfrc_applied[top, [0, 2]],
