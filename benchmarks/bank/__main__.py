@@ -32,7 +32,7 @@ import numpy as np
 from benchmarks.bank.baselines import NAMES
 from benchmarks.bank.cases import draw_cases, held, hopping, reduced
 from benchmarks.bank.kept import keep_all, kept
-from benchmarks.bank.one_case import Line, engine, run_case
+from benchmarks.bank.one_case import Line, alike, engine, run_case
 from benchmarks.bank.resolving import ties_of
 from benchmarks.bank.score import Judged, judge
 from benchmarks.bank.tables import Told, Turned, page
@@ -66,12 +66,12 @@ def told_of(folder: Path) -> Told:
         if "failed" in line
     ]
     engines = Counter(str(one.get("engine")) for one in answered.values())
-    now = engine()
-    newest = frozenset(seed for seed, one in answered.items() if one.get("engine") == now)
+    now = {engine(), *alike(engine())}
+    newest = frozenset(seed for seed, one in answered.items() if one.get("engine") in now)
     signs = list(_signs(folder, judged))
     return Told(
         tuple(judged.values()), plain, signs, ties_of(folder), len(lines), failed, tuple(draws),
-        engines, newest,
+        engines, newest, alike(engine()),
     )  # fmt: skip
 
 

@@ -51,6 +51,7 @@ class Told:
         seeds: of the draws.
         engines: state of the engine -> how many cases it answered.
         newest: cases among those judged that the engine answered as it is now.
+        alike: states before it whose answers are its own but for rounding, counted among them.
     """
 
     judged: Sequence[Judged]
@@ -62,6 +63,7 @@ class Told:
     seeds: Sequence[int]
     engines: Mapping[str, int]
     newest: frozenset[int] = frozenset()
+    alike: frozenset[str] = frozenset()
 
 
 def page(told: Told) -> str:
@@ -80,7 +82,8 @@ def page(told: Told) -> str:
     ]
     newest = [one for one in told.judged if one.label.get("seed") in told.newest]
     if newest and len(newest) < len(told.judged):
-        parts += [f"## The engine as it is: {_cases(len(newest))}", "", *_scored(newest), "",
+        parts += [f"## The engine as it is: {_cases(len(newest))}", "", *_also(told.alike),
+                  *_scored(newest), "",
                   f"## By all its states: {len(told.judged)} cases", ""]  # fmt: skip
     parts += _scored(told.judged)
     parts += _beside_plain(told)
@@ -105,6 +108,12 @@ def _scored(judged: Sequence[Judged]) -> list[str]:
                  _verdict(rod, bar.rod, bar.least, bar.most[1])]  # fmt: skip
         parts.append(f"| {twin.name} | {' | '.join(cells)} |")
     return parts
+
+
+def _also(alike: frozenset[str]) -> list[str]:
+    """Return which states before are counted with the engine as it is, in words."""
+    states = ", ".join(sorted(alike))
+    return [f"With those by {states}, which answers alike but for rounding.", ""] if alike else []
 
 
 def _cases(count: int) -> str:

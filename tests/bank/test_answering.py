@@ -98,9 +98,15 @@ def test_a_state_of_the_engine_is_its_code_not_its_words(
     assert (engine() == before) == same
 
 
-def test_the_page_judges_the_engine_as_it_is_on_its_own(tmp_path: Path) -> None:
+@pytest.mark.parametrize("alike", [False, True])
+def test_the_page_judges_the_engine_as_it_is_on_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, alike: bool
+) -> None:
+    before = frozenset({"earlier"}) if alike else frozenset[str]()
+    monkeypatch.setattr(one_case, "_ALIKE", {engine(): before})
     lines = []
-    for seed, (state, said) in enumerate([("earlier", "NONE"), (engine(), "CLEAN")]):
+    states = [("long ago", "NONE"), ("earlier", "NONE"), (engine(), "CLEAN")]
+    for seed, (state, said) in enumerate(states):
         label = {"seed": seed, "block": "null", "generator": "twin", "effects": {}, "kind": "",
                  "expected": {"answers": ["CLEAN"], "listed": [], "named": []}}  # fmt: skip
         answer = {"answer": said, "causes": [], "seconds": 100.0 * (seed + 1)}
@@ -111,10 +117,11 @@ def test_the_page_judges_the_engine_as_it_is_on_its_own(tmp_path: Path) -> None:
         )
     (tmp_path / "seed-1.jsonl").write_text("\n".join(lines) + "\n", encoding="utf-8")
     text = page(told_of(tmp_path))
-    now, _, all_states = text.partition("## By all its states: 2 cases")
-    assert "## The engine as it is: 1 case" in now
-    assert "| slowest case [s] | 200 of 1 |" in now
-    assert "| slowest case [s] | 200 of 2 |" in all_states
+    now, _, all_states = text.partition("## By all its states: 3 cases")
+    assert f"## The engine as it is: {'2 cases' if alike else '1 case'}\n" in now
+    assert ("With those by earlier, which answers alike but for rounding." in now) == alike
+    assert f"| slowest case [s] | 300 of {1 + alike} |" in now
+    assert "| slowest case [s] | 300 of 3 |" in all_states
 
 
 def test_a_line_keeps_what_is_scored_and_no_place(
