@@ -21,7 +21,7 @@ ASKED = (
 )
 
 
-@pytest.mark.budget(120)
+@pytest.mark.budget(140)  # 95 s, and twice that on a processor of 2 GHz
 def test_what_a_held_foot_shows_and_what_hops_alone_show_are_named_together(tmp_path: Path) -> None:
     effects = {"air_drag": {"c": DRAG}, "foot_cg": {"forward": FORWARD}}
     robot = truth(3, effects, off=0.02, increments=32)

@@ -72,6 +72,7 @@ def diagnosed(folder: Path, effects: str, tolerance: float = 0.02) -> Diagnosis:
     return diagnose(load_mechanism(folder / "rig.yaml"), folder / "out")
 
 
+@pytest.mark.budget(18)  # 9 s, and twice that on a processor of 2 GHz
 def test_two_causes_within_their_tolerance_are_named_before_a_weighed_mass_far_off(
     tmp_path: Path,
 ) -> None:
