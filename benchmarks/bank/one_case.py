@@ -33,7 +33,7 @@ _SCORED_OF_A_CAUSE = ("effect", "confidence", "weight", "parameters")
 _ENGINE = ("data_quality", "diagnose", "fit", "sim", "tracking")
 _OF_RIGS = ("mjcf",)  # begins of the names of sources that no case of the bank uses
 _DIGITS = 8
-_ALIKE = {"951ad76c": frozenset({"d3fff965"})}  # since then chains are stepped by vectors
+_ALIKE = {"13801a38": frozenset({"d3fff965"})}  # since then chains are stepped by vectors
 _BLOCKS = (tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT)
 _SILENT = (tokenize.COMMENT, tokenize.NL)
 

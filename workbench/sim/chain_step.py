@@ -146,7 +146,7 @@ def _step_chains(
             step[own], ahead[own], root > 0, feet, rates, gains, act, control, user, unchanged,
             steps, torque[own], failed,
         )  # fmt: skip
-        _look_ahead(block, none, lanes)
+        _look_ahead(block, none, lanes)  # poses are of the state itself
         place_links(block, feet, rates, lanes)
         for i in range(lanes):
             row = first + i
@@ -159,10 +159,8 @@ def _step_chains(
             _write_rates(root, values, _slice(state, row, spans[1]))
             _gather(block, ACCELERATION, i, gains, values)
             _write_rates(root, values, _slice(state, row, spans[6]))
-            for j in range(act.shape[1]):
-                state[row, spans[2, 0] + j] = act[i, j]
-            for j in range(user.shape[1]):
-                state[row, spans[4, 0] + j] = user[i, j]
+            _write(state, row, spans[2, 0], act, i)
+            _write(state, row, spans[4, 0], user, i)
             state[row, spans[5, 0]] += steps * step[row]
             _write_poses(bodies, root, row, i, feet, block, xpos, xmat, xanchor)
 
@@ -182,6 +180,13 @@ def _read(state: Array, row: int, begin: int, part: Array, lane: int) -> None:
     """Copy a part of a state to a chain's lane."""
     for j in range(part.shape[1]):
         part[lane, j] = state[row, begin + j]
+
+
+@compile_part
+def _write(state: Array, row: int, begin: int, part: Array, lane: int) -> None:
+    """Copy a part of a state back from a chain's lane."""
+    for j in range(part.shape[1]):
+        state[row, begin + j] = part[lane, j]
 
 
 @compile_part

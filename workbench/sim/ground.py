@@ -297,7 +297,8 @@ def planar_forces(p: Array, q: Array, v: Array, user: Array, out: Array) -> None
     c, s = np.cos(q[2]), np.sin(q[2])
     for edge in range(2):  # its two corners move alike
         first = 2 * edge * _WIDTH
-        corner, bx = user[first : first + _WIDTH], p[1] - 2 * edge * p[1]
+        corner = user[first : first + _WIDTH]
+        bx = p[1] if edge == 0 else -p[1]
         arm_x, arm_z = c * bx, -s * bx
         z, vz = q[1] + arm_z, v[1] - v[2] * arm_x
         fz = _normal(p, corner, z, vz)
