@@ -13,13 +13,13 @@ from tests.sim.rigs import DOWN, MASS, G, bends, resting, with_effect
 from workbench.sim import (
     Condition,
     Robot,
+    Statics,
     applied,
     compile_model,
     linear_modes,
     moving_dofs,
     settle,
     simulate,
-    static_stiffness,
 )
 from workbench.sim.statics import displace
 
@@ -38,11 +38,11 @@ def test_a_mass_on_t_lowers_it_by_its_weight_times_the_compliance(robot: Robot) 
     model, data = resting(robot)
     dofs = moving_dofs(model, "fixed")
     place = data.body("top").xpos.copy()
-    stiffness = static_stiffness(model, data, dofs)
+    stiffness = Statics(model, data, dofs).balance().stiffness
     mujoco.mj_forward(model, data)
     jacobian = np.zeros((3, model.nv))
     mujoco.mj_jac(model, data, jacobian, None, place, model.body("top").id)
-    turn = np.linalg.solve(stiffness, jacobian[2, dofs] * -1e-4 * G)
+    turn = np.asarray(np.linalg.solve(stiffness, jacobian[2, dofs] * -1e-4 * G), dtype=float)
     displace(model, data, dofs, turn)
     mujoco.mj_forward(model, data)
     expected = data.body("top").xpos - place
@@ -60,7 +60,7 @@ def test_a_mass_on_t_lowers_the_frequency_by_rayleigh_s_quotient(robot: Robot) -
     )
     model, data = resting(level)
     dofs = moving_dofs(model, "fixed")
-    stiffness = static_stiffness(model, data, dofs, rotor_keeps="top")
+    stiffness = Statics(model, data, dofs, rotor_keeps="top").balance().stiffness
     mujoco.mj_forward(model, data)
     mass, jacobian = np.zeros((model.nv, model.nv)), np.zeros((3, model.nv))
     mujoco.mj_fullM(model, data, mass)

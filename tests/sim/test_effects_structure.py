@@ -12,13 +12,13 @@ from workbench.motion import TOP
 from workbench.sim import (
     Condition,
     Robot,
+    Statics,
     applied,
     compile_model,
     linear_modes,
     moving_dofs,
     settle,
     simulate,
-    static_stiffness,
     unloaded,
 )
 
@@ -154,9 +154,10 @@ def test_a_joint_that_rests_at_the_edge_of_its_play_is_at_rest(robot: Robot) -> 
     beyond = abs(data.qpos[0] - model.qpos_spring[0]) - 0.0008039834733717977
     assert 0 < beyond < 1e-6
     free = moving_dofs(model, "fixed")
-    here = static_stiffness(model, data, free)
+    statics = Statics(model, data, free)
+    here = statics.balance().stiffness
     data.qpos[0] += 1e-5 * np.sign(data.qpos[0] - model.qpos_spring[0])
-    assert here == pytest.approx(static_stiffness(model, data, free), rel=1e-3, abs=1e-3)
+    assert here == pytest.approx(statics.balance().stiffness, rel=1e-3, abs=1e-3)
 
 
 def test_a_joint_that_leaves_the_edge_of_its_play_inwards_finds_the_other(robot: Robot) -> None:

@@ -21,12 +21,12 @@ from workbench.sim import (
     Condition,
     Robot,
     Simulation,
+    Statics,
     Stepper,
     applied,
     at_rest,
     moving_dofs,
     simulate,
-    static_stiffness,
 )
 from workbench.sim.chain import PlanarChain, read_chain
 from workbench.sim.statics import RotorKeeps
@@ -152,7 +152,7 @@ def test_motor_power_and_forces_are_those_of_the_engine(robot: Robot) -> None:
 
 @pytest.mark.parametrize("keeps", ["world", "top"])
 @pytest.mark.parametrize("condition", ["hop", "decay"])
-def test_the_static_stiffness_is_that_of_the_engine(
+def test_the_statics_are_those_of_the_engine(
     robot: Robot, condition: str, keeps: RotorKeeps
 ) -> None:
     """With a pull on T, a slope, a play and a cable, each of which has its part in it.
@@ -167,11 +167,16 @@ def test_the_static_stiffness_is_that_of_the_engine(
     bent = replace(applied(replace(robot, effects=effects)), slope=0.02)
     model, data = at_rest(bent, CONDITIONS[condition])
     data.xfrc_applied[model.body("top").id, [0, 2]] = 0.2, -0.1
-    dofs, chain = moving_dofs(model, CONDITIONS[condition].foot), read_chain(model)
+    dofs = moving_dofs(model, CONDITIONS[condition].foot)
+    chain = read_chain(model)
     assert chain is not None
-    engine = static_stiffness(model, data, dofs, keeps)
-    assert np.abs(static_stiffness(model, data, dofs, keeps, chain) - engine).max() < 1e-8
-    assert np.abs(engine).max() > 5
+    ours, engine = (Statics(model, data, dofs, keeps, one).balance() for one in (chain, None))
+    assert np.abs(engine.stiffness).max() > 5
+    assert np.abs(engine.force).max() > 0.01
+    assert np.abs(ours.stiffness - engine.stiffness).max() < 1e-8
+    assert np.abs(ours.force - engine.force).max() < 1e-12
+    assert np.abs(ours.top - engine.top).max() < 1e-14
+    assert np.abs(ours.slopes - engine.slopes).max() < 1e-9
 
 
 @pytest.mark.parametrize("extra", ["", 'frictionloss="0.05"'])

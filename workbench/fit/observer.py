@@ -8,22 +8,20 @@ sample to sample. Results do not depend on the number of threads, bit for bit.
 
 from __future__ import annotations
 
-import copy
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
-from mujoco.batch import Batch, SimulationError
+from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from workbench.fit.correction import correct, predicted, track_chains, translations
 from workbench.fit.gain import Gain
 from workbench.fit.observation import Observation
-from workbench.sim import Stepper, keep_engine_quiet, parallel_map
+from workbench.sim import PlanarChain, Stepper, keep_engine_quiet, parallel_map
 
 __all__ = ["Innovations", "Job", "SampleInnovations", "Start", "Together", "observe"]
 
@@ -49,6 +47,7 @@ class Start:
         steps: of the engine from one sample to the next.
         lead: time from the start to the first sample [s].
         follow: entries of userdata that move with the first degree of freedom.
+        chain: planar chain that is stepped in the model's place; None takes the model's own.
     """
 
     model: mujoco.MjModel
@@ -58,6 +57,7 @@ class Start:
     steps: int
     lead: float = 0.0
     follow: tuple[int, ...] = ()
+    chain: PlanarChain | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -223,11 +223,12 @@ class Together:
         self.batch = batch = Batch(jobs[0].model, nsim=len(jobs), nthread=1, persistent=True)
         for row, job in enumerate(jobs):
             batch.state[row] = job.state
-        _lead(batch, jobs)
         models = [job.model for job in jobs]
         batch.set_models(models)
         batch.forward(stage=_CURRENT)
-        self._stepper = Stepper(batch, models, places_alone=_has_own_jacobians(models[0]))
+        chains = [job.chain for job in jobs]
+        self._stepper = Stepper(batch, models, chains, places_alone=_has_own_jacobians(models[0]))
+        self._stepper.lead(np.array([job.lead for job in jobs]), _LED * jobs[0].steps)
         self._steps, self._bodies = jobs[0].steps, jobs[0].observation.bodies
         self._view: Any = tuple(
             np.ascontiguousarray([getattr(job.observation, name) for job in jobs])
@@ -354,19 +355,6 @@ def _translating(
     for body in range(1, model.nbody):
         moving[body] = moving[model.body_parentid[body]] | (model.dof_bodyid == body)
     return bodies, anchors, batch.bind("xaxis"), joints, slides, moving
-
-
-def _lead(batch: Batch, jobs: Sequence[Job]) -> None:
-    """Step from the starts to the first samples, by a step of its own in each simulation."""
-    led = [row for row, job in enumerate(jobs) if job.lead > 0]
-    if not led:
-        return
-    models = [copy.copy(job.model) for job in jobs]
-    for row in led:
-        models[row].opt.timestep = jobs[row].lead / (_LED * jobs[row].steps)
-    batch.set_models(models)
-    with suppress(SimulationError):
-        batch.step(ids=led, nstep=_LED * jobs[0].steps)
 
 
 def _padded(parts: Sequence[Array], length: int, value: float) -> Array:

@@ -102,7 +102,8 @@ def _squares(one: Observed, lives: Mapping[int, int]) -> list[Array]:
     for row, state in enumerate(_starts(one, rows)):
         batch.state[row] = state
     batch.forward(stage=_CURRENT)
-    stepper = Stepper(batch, [job.model] * len(rows), places_alone=True)
+    models, chains = [job.model] * len(rows), [job.chain] * len(rows)
+    stepper = Stepper(batch, models, chains, places_alone=True)
     observation, points = job.observation, 2 * len(job.observation.bodies)
     qpos, command = batch.bind("qpos"), batch.bind("ctrl")
     apart = np.full((len(rows), lives[rows[0]], points), np.nan)

@@ -18,15 +18,16 @@ new effect an entry in a file of `effects`; a force that the engine has no field
 from typing import TYPE_CHECKING
 
 from workbench.room_exports import exports
+from workbench.sim.chain import PlanarChain, read_chain
 from workbench.sim.chain_step import step_chains
-from workbench.sim.checks import highest_mode, require_stable
+from workbench.sim.checks import highest_mode, require_stable, require_valid
 from workbench.sim.command import replayed, sample_times, staircase
 from workbench.sim.compiling import compiled
 from workbench.sim.condition import Condition
 from workbench.sim.drive import LIMITS, Drive
 from workbench.sim.effects import EFFECTS, Effect, Quantity, applied, effect_named
 from workbench.sim.effects.effect import Group
-from workbench.sim.equilibrium import FALLEN_M, hold_top, settle, unloaded
+from workbench.sim.equilibrium import FALLEN_M, come_to_rest, hold_top, lift, settle, unloaded
 from workbench.sim.fanout import Fanout
 from workbench.sim.gait import Gait, gait
 from workbench.sim.ground import CORNER_FIELDS, CORNERS, Stick
@@ -43,8 +44,10 @@ from workbench.sim.motor import MOTOR, Motor
 from workbench.sim.passive_forces import install_force_laws
 from workbench.sim.robot import (
     SAMPLE_RATE_HZ,
+    Foot,
     Robot,
     build_spec,
+    chain_of,
     compile_model,
     hinge_name,
     make_robot,
@@ -60,7 +63,7 @@ from workbench.sim.simulate import (
     simulate,
     simulate_all,
 )
-from workbench.sim.statics import moving_dofs, static_stiffness
+from workbench.sim.statics import Statics, moving_dofs
 from workbench.sim.stepper import Stepper
 
 if not TYPE_CHECKING:  # a type checker reads the imports

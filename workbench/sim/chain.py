@@ -11,7 +11,7 @@ engine steps that. `chain_step` has the equations; both agree to rounding
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import mujoco
@@ -103,6 +103,14 @@ class PlanarChain:
         """
         root = {6: [0, 2, 4], 3: [0, 1, 2], 0: [-1, -1, -1]}[self.root]
         return np.array([*root, *range(self.root, self.root + len(self.links) - 1)])
+
+    def stiffer(self, share: float) -> PlanarChain:
+        """Return the chain with all springs of its hinges stiffer by a share."""
+        if not share:
+            return self
+        links = self.links.copy()
+        links[:, LinkColumn.K0 : LinkColumn.K2 + 1] *= 1 + share
+        return replace(self, links=links)
 
 
 def read_chain(model: mujoco.MjModel) -> PlanarChain | None:

@@ -1,4 +1,4 @@
-"""The stiffness matrix of a planar chain at rest, compiled."""
+"""Unbalanced forces of a planar chain at rest and their derivatives, compiled."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.sim.chain_links import (
+    COS,
     FI,
     FX,
     FZ,
@@ -16,6 +17,7 @@ from workbench.sim.chain_links import (
     LANES,
     RX,
     RZ,
+    SIN,
     TORQUE,
     XX,
     Q,
@@ -30,12 +32,12 @@ from workbench.sim.chain_links import (
 from workbench.sim.compiling import compiled
 from workbench.sim.ground import GROUND_RECORD, planar_forces
 
-__all__ = ["stiffness_of_chain"]
+__all__ = ["balance_of_chain"]
 
 Array = NDArray[np.float64]
 
 
-def _stiffness_of_chain(
+def _balance_of_chain(
     block: Array,
     ground: Array,
     laws: Array,
@@ -43,15 +45,16 @@ def _stiffness_of_chain(
     gravity: Array,
     root: int,
     qpos: Array,
+    around: Array,
     directions: Array,
     dofs: NDArray[np.int64],
     step: float,
     pulled: Array,
     pull: Array,
-) -> Array:
-    """Return minus the derivative of the unbalanced force, (n, n) [N, N m by m, rad], at rest.
+) -> tuple[Array, Array, Array, Array]:
+    """Return force and stiffness of a chain at rest, and place and slopes of a point of it.
 
-    Central differences; the foot's corners lock where they are.
+    Derivatives are central differences; the foot's corners lock where they are.
 
     Args:
         block: (n + 1, ROW) of `blocks_of`, as many as it has of the chain; used up [SI].
@@ -61,23 +64,31 @@ def _stiffness_of_chain(
         gravity: (2,) [m/s^2].
         root: degrees of freedom of the root.
         qpos: (nq,) of the engine [m, rad].
+        around: (nq,) pose around which differences are taken [m, rad].
         directions: (n, links + 2) unit displacements [m, rad]; forward, up, pitch of the root,
             hinges.
         dofs: (n,) whose forces are returned, counted likewise.
         step: of the differences [m, rad].
-        pulled: (4,) link and position of a force on T [m, rad].
+        pulled: (4,) link and position of the point, on which a force acts [m, rad].
         pull: (2,) that force, forward and up [N].
+
+    Returns:
+        The unbalanced force (n,) [N, N m], minus its derivative (n, n) [N, N m by m, rad], the
+        point's position forward and up (2,) [m], and its derivative (2, n) [m by m, rad].
     """
     size, count = len(dofs), len(block) + 2
     q, still, user = np.empty(count), np.zeros((LANES, 3)), np.empty(GROUND_RECORD)
     feet, pushed = np.empty((2, LANES, 3))
-    sides, found = np.empty((2 * size, size)), np.empty((size, size))
-    for first in range(0, 2 * size, LANES):
-        lanes = min(LANES, 2 * size - first)
+    forces, places = np.empty((2 * size + 1, size)), np.empty((2 * size + 1, 2))
+    for first in range(0, 2 * size + 1, LANES):
+        lanes = min(LANES, 2 * size + 1 - first)
         for i in range(lanes):
             column, side = divmod(first + i, 2)
-            read_coordinates(root, qpos, q)
-            q += (step - 2 * step * side) * directions[column]
+            if column < size:
+                read_coordinates(root, around, q)
+                q += (step - 2 * step * side) * directions[column]
+            else:
+                read_coordinates(root, qpos, q)
             read_hinges(q, Q, i, block, feet)
             pushed[i], user[:] = 0.0, 0.0
             if ground[0] != 0.0:
@@ -90,11 +101,28 @@ def _stiffness_of_chain(
             add_force(block, int(pulled[0]), i, pulled, pull[0], pull[1])
             _sum_forces(block, i, gravity, pushed[i])
             for j in range(size):
-                sides[first + i, j] = _unbalanced(block, i, dofs[j])
+                forces[first + i, j] = _unbalanced(block, i, dofs[j])
+            _place(block, i, pulled, feet, places[first + i])
+    stiffness, slopes = np.empty((size, size)), np.empty((2, size))
     for column in range(size):
+        ahead, behind = 2 * column, 2 * column + 1
         for j in range(size):
-            found[j, column] = (sides[2 * column + 1, j] - sides[2 * column, j]) / (2 * step)
-    return found
+            stiffness[j, column] = (forces[behind, j] - forces[ahead, j]) / (2 * step)
+        for j in range(2):
+            slopes[j, column] = (places[ahead, j] - places[behind, j]) / (2 * step)
+    return forces[2 * size], stiffness, places[2 * size], slopes
+
+
+@compile_part
+def _place(block: Array, lane: int, at: Array, feet: Array, found: Array) -> None:
+    """Write where a point of a link is, forward and up, (2,) [m]."""
+    link = int(at[0])
+    c, s = block[link, COS + lane], block[link, SIN + lane]
+    found[0] = feet[lane, 0] + c * at[1] + s * at[2]
+    found[1] = feet[lane, 1] + c * at[2] - s * at[1]
+    for k in range(1, link + 1):
+        found[0] += block[k, RX + lane]
+        found[1] += block[k, RZ + lane]
 
 
 @compile_part
@@ -126,4 +154,4 @@ def _sum_forces(block: Array, lane: int, gravity: Array, ground: Array) -> None:
         block[k - 1, FZ + lane] += fz
 
 
-stiffness_of_chain: Callable[..., Array] = compiled(_stiffness_of_chain)
+balance_of_chain: Callable[..., tuple[Array, Array, Array, Array]] = compiled(_balance_of_chain)

@@ -11,13 +11,22 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError
 from workbench.sim.beam_laws import within_play
-from workbench.sim.chain import read_chain
+from workbench.sim.chain import PlanarChain
 from workbench.sim.drive import Drive, hold_rotor
 from workbench.sim.ground import CORNER_FIELDS, CORNERS
-from workbench.sim.robot import Foot, Robot, compile_model, hinge_name
-from workbench.sim.statics import displace, moving_dofs, static_force, static_stiffness
+from workbench.sim.robot import Foot, Robot, chain_of, compile_model, hinge_name
+from workbench.sim.statics import Balance, Statics, displace, moving_dofs, static_force
 
-__all__ = ["FALLEN_M", "hinge_ids", "hold_top", "settle", "unloaded", "world_angle"]
+__all__ = [
+    "FALLEN_M",
+    "come_to_rest",
+    "hinge_ids",
+    "hold_top",
+    "lift",
+    "settle",
+    "unloaded",
+    "world_angle",
+]
 
 _ROUNDS = 60
 _BALANCED = 1e-10  # [N, N m]
@@ -64,11 +73,7 @@ def settle(
     pull: tuple[float, float] = (0.0, 0.0),
     drive: Drive = "speed",
 ) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """Return model and data at rest, the rotor held at an angle.
-
-    Newton's method on the static forces, the stiffness by central differences. Within the play of
-    its foot joint, where the equilibrium is unstable, it follows the force instead. The equilibrium
-    must be stable: its stiffness matrix positive definite.
+    """Return model and data at rest, of `come_to_rest`.
 
     Args:
         robot: with the angles of the free strip.
@@ -81,31 +86,80 @@ def settle(
         InputError: when the robot falls over or finds no rest.
     """
     model = compile_model(robot, foot, drive)
-    data = mujoco.MjData(model)
+    data, chain = mujoco.MjData(model), chain_of(robot, foot, drive)
+    come_to_rest(model, data, robot, foot, start_angle, pull, chain)
+    return model, data
+
+
+def come_to_rest(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    robot: Robot,
+    foot: Foot,
+    start_angle: float,
+    pull: tuple[float, float] = (0.0, 0.0),
+    chain: PlanarChain | None = None,
+) -> None:
+    """Bring new data of a robot to rest, the rotor held at an angle.
+
+    Newton's method on the static forces, the stiffness by central differences. Within the play of
+    its foot joint, where the equilibrium is unstable, it follows the force instead. The equilibrium
+    must be stable: its stiffness matrix positive definite.
+
+    Args:
+        model: of the robot.
+        data: of the model, as it was reset.
+        robot: with the angles of the free strip.
+        foot: on the ground or fixed.
+        start_angle: direction from T to the rotor in the world, about +y from +x [rad].
+        pull: force on T, forward and up [N]; not in the data in the end.
+        chain: the robot's planar chain where it has one.
+
+    Raises:
+        InputError: when the robot falls over or finds no rest.
+    """
     _pose(model, data, robot)
     free = moving_dofs(model, foot)
     data.joint("rotor").qpos[:] = start_angle - world_angle(data)
     data.xfrc_applied[model.body("top").id, [0, 2]] = pull
-    chain = read_chain(model)
-    stiffness = static_stiffness(model, data, free, chain=chain)
-    force = static_force(model, data)[free]
+    statics = Statics(model, data, free, chain=chain)
+    here = statics.balance()
     for _ in range(_ROUNDS):
-        if np.abs(force).max() < _BALANCED:
+        if np.abs(here.force).max() < _BALANCED:
             break
-        leaving = within_play(model, data)
-        if leaving:  # a hair within the edge its spring does not push back either
-            stiffness = static_stiffness(model, data, free, chain=chain, within=True)
-        displace(model, data, free, _bounded(_towards_rest(stiffness, force, leaving)))
-        stiffness = static_stiffness(model, data, free, chain=chain)
-        force = static_force(model, data)[free]
-    _require_standing(data, force, stiffness)
+        leaving = within_play(model, data)  # a hair within the edge its spring does not push back
+        stiffness = statics.balance(within=True).stiffness if leaving else here.stiffness
+        displace(model, data, free, _bounded(_towards_rest(stiffness, here.force, leaving)))
+        here = statics.balance()
+    _require_standing(here)
     data.xfrc_applied[:] = 0
     hold_rotor(model, data)
     _hold_on_slope(model, data, robot, foot)
-    return model, data
 
 
-def hold_top(model: mujoco.MjModel, data: mujoco.MjData, x: float, z: float) -> NDArray[np.float64]:
+def lift(model: mujoco.MjModel, data: mujoco.MjData, held: mujoco.MjData, height: float) -> None:
+    """Lift a robot as if by hand, its foot level: the beam keeps the shape it has there.
+
+    Args:
+        model: of the robot, its foot free.
+        data: of the model, changed in place.
+        held: of the robot at rest with its foot fixed.
+        height: of the foot above the ground [m].
+    """
+    feet = model.nq - held.qpos.size
+    data.qpos[:feet] = 0
+    data.qpos[feet:] = held.qpos
+    data.qpos[1 if model.jnt_type[0] == mujoco.mjtJoint.mjJNT_SLIDE else 2] = height
+    if model.jnt_type[0] == mujoco.mjtJoint.mjJNT_FREE:
+        data.qpos[3] = 1
+    data.act[:] = held.act
+    data.userdata[:] = 0
+    mujoco.mj_forward(model, data)
+
+
+def hold_top(
+    model: mujoco.MjModel, data: mujoco.MjData, x: float, z: float, chain: PlanarChain | None = None
+) -> NDArray[np.float64]:
     """Pull T to a position and return the force that holds it there, forward and up, (2,) [N].
 
     The foot is fixed. Newton's method on the static forces and the position at once:
@@ -117,26 +171,24 @@ def hold_top(model: mujoco.MjModel, data: mujoco.MjData, x: float, z: float) -> 
         data: at rest without a pull; changed in place.
         x: where T is held, in the world [m].
         z: the same upward [m].
+        chain: the robot's planar chain where it has one.
 
     Raises:
         InputError: when no force in this plane holds it there.
     """
     free, top = moving_dofs(model, "fixed"), model.body("top").id
-    pull, jacobian, chain = np.zeros(2), np.empty((3, model.nv)), read_chain(model)
+    pull, statics = np.zeros(2), Statics(model, data, free, chain=chain)
     for _ in range(_ROUNDS):
         data.xfrc_applied[top, [0, 2]] = pull
-        stiffness = static_stiffness(model, data, free, chain=chain)
-        force = static_force(model, data)[free]
-        mujoco.mj_jac(model, data, jacobian, None, data.xpos[top], top)
-        slopes = jacobian[[0, 2]][:, free]
-        error = np.array([x, z]) - data.xpos[top, [0, 2]]
-        if np.abs(force).max() < _BALANCED and np.abs(error).max() < _HELD_M:
+        here = statics.balance()
+        error = np.array([x, z]) - here.top
+        if np.abs(here.force).max() < _BALANCED and np.abs(error).max() < _HELD_M:
             data.xfrc_applied[:] = 0
             hold_rotor(model, data)
             mujoco.mj_forward(model, data)
             return pull
-        whole = np.block([[stiffness, -slopes.T], [slopes, np.zeros((2, 2))]])
-        step = np.linalg.solve(whole, np.concatenate([force, error]))
+        whole = np.block([[here.stiffness, -here.slopes.T], [here.slopes, np.zeros((2, 2))]])
+        step = np.linalg.solve(whole, np.concatenate([here.force, error]))
         share = min(1.0, _LONGEST_STEP / max(float(np.abs(step[:-2]).max()), 1e-12))
         displace(model, data, free, np.asarray(share * step[:-2], dtype=np.float64))
         pull = pull + share * step[-2:]
@@ -167,11 +219,9 @@ def _bounded(step: NDArray[Any]) -> NDArray[np.float64]:
     return step * min(1.0, _LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))
 
 
-def _require_standing(
-    data: mujoco.MjData, force: NDArray[np.float64], stiffness: NDArray[np.float64]
-) -> None:
-    height, unbalanced = float(data.body("top").xpos[2]), float(np.abs(force).max())
-    softest = float(np.linalg.eigvalsh((stiffness + stiffness.T) / 2).min())
+def _require_standing(here: Balance) -> None:
+    height, unbalanced = float(here.top[1]), float(np.abs(here.force).max())
+    softest = float(np.linalg.eigvalsh((here.stiffness + here.stiffness.T) / 2).min())
     if unbalanced < _BALANCED and softest > 0 and height > FALLEN_M:
         return
     state = f"{unbalanced:.2g} N(m) unbalanced" if unbalanced >= _BALANCED else "it would topple"

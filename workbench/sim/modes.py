@@ -25,9 +25,9 @@ from workbench.sim.command import sample_times, staircase
 from workbench.sim.condition import Condition
 from workbench.sim.effects.apply import applied
 from workbench.sim.equilibrium import settle, unloaded
-from workbench.sim.robot import SAMPLE_RATE_HZ, Robot
+from workbench.sim.robot import SAMPLE_RATE_HZ, Robot, chain_of
 from workbench.sim.simulate import simulate
-from workbench.sim.statics import moving_dofs, static_stiffness
+from workbench.sim.statics import Statics, moving_dofs
 from workbench.timeseries import TimeSeries
 
 __all__ = [
@@ -119,7 +119,7 @@ def linear_modes(
         robot = replace(robot, values=dict(robot.values) | {"rotor_radius": _POINT_M})
     model, data = settle(robot, "fixed", _DOWN if rotor_angle is None else rotor_angle)
     dofs = moving_dofs(model, "fixed")
-    stiffness = static_stiffness(model, data, dofs, rotor_keeps="top")
+    stiffness = Statics(model, data, dofs, "top", chain_of(robot, "fixed")).balance().stiffness
     mujoco.mj_forward(model, data)
     squares, shapes = scipy.linalg.eigh(
         (stiffness + stiffness.T) / 2, mass_matrix(model, data)[np.ix_(dofs, dofs)]

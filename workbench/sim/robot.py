@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Literal, get_args
 
@@ -18,7 +18,7 @@ import numpy as np
 from workbench.errors import InputError, did_you_mean, require_named
 from workbench.schemas import UNITS, ShapeFile
 from workbench.sim.beam import Hinge, hinges
-from workbench.sim.chain import AHEAD
+from workbench.sim.chain import AHEAD, PlanarChain, read_chain
 from workbench.sim.drive import Drive, add_drive
 from workbench.sim.ground import Stick, add_ground
 from workbench.sim.passive_forces import install_force_laws
@@ -29,6 +29,7 @@ __all__ = [
     "Foot",
     "Robot",
     "build_spec",
+    "chain_of",
     "compile_model",
     "hinge_name",
     "make_robot",
@@ -61,6 +62,7 @@ class Robot:
             hop of 10 s at 17 rad/s by less than 2 %.
         stick: anchor of a locked corner of the foot.
         drift: (n,) by which the free strip's angles changed since the shape was listed [rad].
+        stiffer: share by which all springs of the beam are stiffer than the values and effects say.
         effects: name -> quantities, of those not yet applied (`sim.effects`).
         edits: changes of the MjSpec by applied effects.
     """
@@ -75,6 +77,7 @@ class Robot:
     steps_per_sample: int = 34
     stick: Stick = field(default_factory=Stick)
     drift: tuple[float, ...] = ()
+    stiffer: float = 0.0
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     edits: tuple[Edit, ...] = ()
 
@@ -167,7 +170,26 @@ def compile_model(robot: Robot, foot: Foot, drive: Drive = "speed") -> mujoco.Mj
     Raises:
         InputError: when MuJoCo refuses it, with the engine's own words.
     """
-    return copy.copy(_compiled(robot, foot, drive))
+    model = copy.copy(_compiled(replace(robot, stiffer=0.0), foot, drive))
+    if robot.stiffer:  # of one run only: a robot is not compiled anew for each
+        model.jnt_stiffness *= 1 + robot.stiffer
+        model.jnt_stiffnesspoly *= 1 + robot.stiffer
+    return model
+
+
+def chain_of(robot: Robot, foot: Foot, drive: Drive = "speed") -> PlanarChain | None:
+    """Return what `read_chain` reads of the model of `compile_model`.
+
+    Raises:
+        InputError: when MuJoCo refuses the robot.
+    """
+    chain = _chain(replace(robot, stiffer=0.0), foot, drive)
+    return chain and chain.stiffer(robot.stiffer)
+
+
+@lru_cache(_KEPT)
+def _chain(robot: Robot, foot: Foot, drive: Drive) -> PlanarChain | None:
+    return read_chain(_compiled(robot, foot, drive))
 
 
 @lru_cache(_KEPT)

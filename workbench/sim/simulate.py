@@ -24,7 +24,7 @@ from workbench.sim.checks import require_stable, require_valid
 from workbench.sim.condition import Condition
 from workbench.sim.drive import Drive
 from workbench.sim.effects.apply import applied, driven, observed
-from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
+from workbench.sim.equilibrium import FALLEN_M, lift, settle, unloaded
 from workbench.sim.robot import SAMPLE_RATE_HZ, Robot
 from workbench.sim.samples import ENERGY, SampleRecorder, Samples, motion_of
 from workbench.sim.stepper import Stepper
@@ -213,16 +213,7 @@ def _rest(free: Robot, condition: Condition) -> tuple[mujoco.MjModel, mujoco.MjD
         return settle(free, condition.foot, angle, pull, drive)
     _, held = settle(free, "fixed", angle, drive=drive)
     model, data = settle(free, "free", angle, drive=drive)
-    # the beam keeps the shape that it has while the foot is held level in the hand
-    hinges = slice(model.nq - held.qpos.size, model.nq)
-    data.qpos[: hinges.start] = 0
-    data.qpos[hinges] = held.qpos
-    data.qpos[1 if free.planar else 2] = condition.height
-    if not free.planar:
-        data.qpos[3] = 1
-    data.act[:] = held.act
-    data.userdata[:] = 0
-    mujoco.mj_forward(model, data)
+    lift(model, data, held, condition.height)
     return model, data
 
 

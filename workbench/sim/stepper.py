@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
-from workbench.sim.chain import read_chain
+from workbench.sim.chain import PlanarChain, read_chain
 from workbench.sim.chain_links import blocks_of
 from workbench.sim.chain_step import step_chains
 
@@ -29,6 +30,8 @@ class Stepper:
     Args:
         batch: whose models are set and whose state is forwarded to `mjSTAGE_VEL`.
         models: of its simulations, in their order.
+        chains: planar chains that are stepped in the models' places; of each None takes that of the
+            model, where it is one.
         places_alone: whether after a step only `xpos`, `xmat` and `xanchor` of this object are
             needed, and of the batch only its state: a chain computes them in a tenth of the
             engine's time.
@@ -42,9 +45,14 @@ class Stepper:
     """
 
     def __init__(
-        self, batch: Batch, models: Sequence[mujoco.MjModel], *, places_alone: bool = False
+        self,
+        batch: Batch,
+        models: Sequence[mujoco.MjModel],
+        chains: Sequence[PlanarChain | None] = (),
+        *,
+        places_alone: bool = False,
     ) -> None:
-        self._batch, self._places_alone = batch, places_alone
+        self._batch, self._models, self._places_alone = batch, list(models), places_alone
         self._engines = tuple(batch.bind(name) for name in ("xpos", "xmat", "xanchor"))
         self.xpos, self.xmat, self.xanchor = (each.copy() for each in self._engines)
         self.broken = np.zeros(batch.nsim, dtype=np.bool_)
@@ -54,8 +62,10 @@ class Stepper:
         self._forced = np.full_like(batch.state, np.nan) if places_alone else batch.state.copy()
         self._all = np.arange(batch.nsim, dtype=np.int32)
         self._every = np.ones(batch.nsim, dtype=np.bool_)
-        read = {id(model): read_chain(model) for model in {id(one): one for one in models}.values()}
-        chains = [read[id(model)] for model in models]
+        chains = chains or [None] * len(models)
+        unread = [m for m, chain in zip(models, chains, strict=True) if chain is None]
+        read = {id(model): read_chain(model) for model in {id(one): one for one in unread}.values()}
+        chains = [c or read[id(m)] for m, c in zip(models, chains, strict=True)]
         self._by_chain = np.array([chain is not None for chain in chains])
         self._only_chains = bool(self._by_chain.all())
         some = next((chain for chain in chains if chain is not None), None)
@@ -63,10 +73,10 @@ class Stepper:
             return
         whole = [chain or some for chain in chains]  # rows of other models are not used
         self._root = some.root
-        self._numbers = tuple(
-            np.array([getattr(chain, name) for chain in whole])
+        self._numbers = {
+            name: np.array([getattr(chain, name) for chain in whole])
             for name in ("actuators", "ground", "laws", "top", "gravity", "step", "ahead")
-        )
+        }
         self._blocks = blocks_of(np.array([chain.links for chain in whole]))
         self._bodies = np.array([chain.bodies for chain in whole])
 
@@ -95,6 +105,31 @@ class Stepper:
         if not by_chain.all():
             self._step_engine(steps, rows[~by_chain])
 
+    def lead(self, seconds: NDArray[np.float64], steps: int) -> None:
+        """Step some simulations through a time of their own.
+
+        Args:
+            seconds: (s,) how long; those of no time stay where they are.
+            steps: of the engine in that time.
+        """
+        asked = np.flatnonzero(seconds > 0).astype(np.int32)
+        by_chain = self._by_chain[asked]
+        if by_chain.any():
+            led, usual = asked[by_chain], {n: self._numbers[n].copy() for n in ("step", "ahead")}
+            self._numbers["step"][led] = seconds[led] / steps
+            self._numbers["ahead"][led] *= self._numbers["step"][led] / usual["step"][led]
+            self._step_chains(steps, led)
+            for name, numbers in usual.items():
+                self._numbers[name][:] = numbers
+        if not by_chain.all():
+            led, models = asked[~by_chain], [copy.copy(model) for model in self._models]
+            for row in led:
+                models[row].opt.timestep = seconds[row] / steps
+            self._batch.set_models(models)
+            self._step_engine(steps, led)
+            self._batch.set_models(self._models)
+            self._batch.forward(ids=led, stage=_CURRENT)
+
     def _step_engine(self, steps: int, rows: NDArray[np.int32]) -> None:
         with suppress(SimulationError):  # the engine's own warnings count below
             self._batch.step(ids=rows, nstep=steps, stage=_CURRENT)
@@ -115,9 +150,9 @@ class Stepper:
 
     def _given(self, steps: int, asked: NDArray[np.bool_]) -> tuple[Any, ...]:
         return (
-            self._blocks, *self._numbers, self._root, asked, self._batch.state, self._forced,
-            self._spans, steps, self.torque, self.broken, self._bodies, self.xpos, self.xmat,
-            self.xanchor,
+            self._blocks, *self._numbers.values(), self._root, asked, self._batch.state,
+            self._forced, self._spans, steps, self.torque, self.broken, self._bodies, self.xpos,
+            self.xmat, self.xanchor,
         )  # fmt: skip
 
 

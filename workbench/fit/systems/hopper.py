@@ -36,11 +36,12 @@ from workbench.sim import (
     EFFECTS,
     SAMPLE_RATE_HZ,
     Robot,
+    Statics,
     applied,
+    chain_of,
     mass_matrix,
     moving_dofs,
     settle,
-    static_stiffness,
     unloaded,
 )
 
@@ -61,7 +62,6 @@ OF_FLOOR = (
 
 _MODES = 3
 _MOST_STEPS = 136
-_STIFFNESSES = ("hinge_stiffness", "root_stiffness")
 
 
 class Hopper:
@@ -185,7 +185,7 @@ class Hopper:
         robot = unloaded(applied(self.robot))
         model, data = settle(robot, "fixed", self.runs[run].start_angle)
         dofs = moving_dofs(model, "fixed")
-        stiffness = static_stiffness(model, data, dofs, rotor_keeps="top")
+        stiffness = Statics(model, data, dofs, "top", chain_of(robot, "fixed")).balance().stiffness
         mujoco.mj_forward(model, data)
         if is_clamped(self.runs[run]):
             count = _MODES
@@ -216,9 +216,7 @@ class Hopper:
         """
         whole = self.robot_with(values)
         if (stiffer := self.own[run].stiffer) is not None:
-            share = 1 + values.get(stiffer, 0.0)
-            warm = {name: share * whole.values[name] for name in _STIFFNESSES}
-            whole = replace(whole, values={**whole.values, **warm})
+            whole = replace(whole, stiffer=values.get(stiffer, 0.0))
         robot, view = applied(whole, turning=False), View.of(whole.effects)
         while True:
             try:
@@ -247,7 +245,7 @@ class Hopper:
         if own.height is not None:
             height = max(values.get(own.height, height), 0.0)
         rest = rest_of(robot, one.mode, start_angle, height, coarse)
-        model, state = rest.model, rest.state
+        model, state = rest.compiled.model, rest.state
         observation = self._observation(run, model, rest.pose, view)
         if own.place:
             offset = np.array([values.get(p, p.nominal) for p in own.place])
@@ -260,7 +258,7 @@ class Hopper:
             bias = seen.rest - observation.of(rest.pose)
         return Start(
             model, state, np.repeat(control[:, None], model.nu, axis=1),
-            replace(observation, bias=bias), rest.steps, lead, anchors(model),
+            replace(observation, bias=bias), rest.compiled.steps, lead, anchors(model), rest.chain,
         )  # fmt: skip
 
     def robot_with(self, values: Mapping[Parameter, float]) -> Robot:
