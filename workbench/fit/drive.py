@@ -17,6 +17,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from workbench.fit.spline import left_of, rests_of
+
 __all__ = ["DriveFit", "Torque", "calm", "commanded_angle", "fit_drive", "motor_torque"]
 
 Array = NDArray[np.float64]
@@ -33,7 +35,7 @@ _PASSES = 5  # of lag, smooth rest and ripple, each without the others; more cha
 _SLOPE = 1000.0  # [rad/s per N m] of a column; its size is found
 _ACCELERATION_S = 0.15  # over which T's acceleration is taken
 _CHANCE = 8.0  # of -2 ln L: what one number gains by chance in one of 200 runs
-_RIPPLES = (0.0, *np.geomspace(1.0, 300.0, 6))  # widths of a ripple's prior, by the noise
+_RIPPLES = np.append(0.0, np.geomspace(1.0, 300.0, 6))  # widths of a ripple's prior, by the noise
 _STRENGTHS = np.geomspace(1e-2, 1e11, 53)  # a stronger one is straight over 10 s, and singular
 
 
@@ -248,33 +250,26 @@ def _smoothed(left: Array, turning: Array, sigma: float, memory: float) -> tuple
     def transposed(rest: Array) -> Array:
         return (own * rest.T + np.append((before * rest.T).T[1:], 0.0 * rest[:1], axis=0).T).T
 
-    bands, difference = np.zeros((3, count)), (1.0, -2.0, 1.0)
+    bands, difference = np.zeros((3, count)), (1.0, -2.0, 1.0)  # of D'D, by their distance
     for i in range(3):
         for j in range(i, 3):
-            bands[2 + i - j, j : count - 2 + j] += difference[i] * difference[j]
+            bands[j - i, j : count - 2 + j] += difference[i] * difference[j]
     turn = np.pi * np.arange(count) / count
     squares = (2 - 2 * np.cos(turn)) ** 2 / (1 + memory**2 - 2 * memory * np.cos(turn))
     rough = squares[2:]  # without what is straight, which no strength penalises
     every = np.column_stack([values, turning])
-    goal = transposed(whitened(every))
-    tried: list[tuple[float, float, Array, Array]] = []
-    for strength in _STRENGTHS:
-        whole = strength * bands
-        whole[2] += own**2 + np.append(before[1:] ** 2, 0.0)
-        whole[1] += own * before
-        smooth = scipy.linalg.solveh_banded(whole, goal)
-        rest = goal.T @ (every - smooth)  # of the remainder and of each turning, whitened
-        shown, ways = np.linalg.eigh(rest[1:, 1:])
-        along, stiff = ways.T @ rest[1:, 0], strength * rough
-        stiffness, bends = float(np.sum(np.log1p(1 / stiff))), float(np.sum(1 / (1 + stiff)))
-        for wide in _RIPPLES:
-            known = wide**2 / (1 + wide**2 * shown)
-            power = float(rest[0, 0] - along @ (known * along))
-            score = len(rough) * np.log(power) + stiffness
-            score += float(np.sum(np.log1p(wide**2 * shown)))
-            freedom = bends + float(np.sum(known * shown))
-            tried.append((score, freedom, smooth, ways @ (known * along)))
-    least = min(score for score, *_ in tried)
-    likely = (one for one in tried if one[0] < least + _CHANCE)
-    _, _, smooth, share = min(likely, key=lambda one: one[1])
+    goal, square = transposed(whitened(every)), own**2 + np.append(before[1:] ** 2, 0.0)
+    rest = rests_of(_STRENGTHS, bands, square, own * before, every, goal)
+    shown, ways = np.linalg.eigh(rest[:, 1:, 1:])
+    along = (ways.mT @ rest[:, 1:, :1])[..., 0]
+    stiff = _STRENGTHS[:, None] * rough
+    wide = _RIPPLES[:, None, None]
+    known = wide**2 / (1 + wide**2 * shown)  # (widths, strengths, c)
+    score = len(rough) * np.log(rest[:, 0, 0] - np.sum(known * along**2, axis=2))
+    score += np.log1p(1 / stiff).sum(axis=1) + np.log1p(wide**2 * shown).sum(axis=2)
+    freedom = (1 / (1 + stiff)).sum(axis=1) + np.sum(known * shown, axis=2)
+    freedom[score >= score.min() + _CHANCE] = np.inf
+    j, i = np.unravel_index(np.argmin(freedom), freedom.shape)
+    smooth = every - left_of(_STRENGTHS[i], bands, square, own * before, every, goal)
+    share = ways[i] @ (known[j, i] * along[i])
     return smooth[:, 0] - smooth[:, 1:] @ share, turning @ share

@@ -99,6 +99,7 @@ def come_to_rest(
     start_angle: float,
     pull: tuple[float, float] = (0.0, 0.0),
     chain: PlanarChain | None = None,
+    near: NDArray[np.float64] | None = None,
 ) -> None:
     """Bring new data of a robot to rest, the rotor held at an angle.
 
@@ -114,13 +115,18 @@ def come_to_rest(
         start_angle: direction from T to the rotor in the world, about +y from +x [rad].
         pull: force on T, forward and up [N]; not in the data in the end.
         chain: the robot's planar chain where it has one.
+        near: (nq,) pose to begin from [m, rad]; None takes the strip unbent.
 
     Raises:
         InputError: when the robot falls over or finds no rest.
     """
-    _pose(model, data, robot)
+    if near is None:
+        _pose(model, data, robot)
+    else:
+        data.qpos[:] = near
+        mujoco.mj_kinematics(model, data)
     free = moving_dofs(model, foot)
-    data.joint("rotor").qpos[:] = start_angle - world_angle(data)
+    data.joint("rotor").qpos[:] += start_angle - world_angle(data)
     data.xfrc_applied[model.body("top").id, [0, 2]] = pull
     statics = Statics(model, data, free, chain=chain)
     here = statics.balance()

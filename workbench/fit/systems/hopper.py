@@ -41,6 +41,7 @@ from workbench.sim import (
     chain_of,
     mass_matrix,
     moving_dofs,
+    parallel_map,
     settle,
     unloaded,
 )
@@ -362,4 +363,5 @@ class Hopper:
         Args:
             qpos: (n, nq) of each run, of an observer [m, rad].
         """
-        return self.turning([self.angle_against_top(k, states) for k, states in enumerate(qpos)])
+        runs = range(len(qpos))
+        return self.turning(parallel_map(lambda k: self.angle_against_top(k, qpos[k]), runs))

@@ -54,6 +54,7 @@ class _Compiled:
 
     Args:
         robot: with the angles of the free strip.
+        near: (nq,) where it rests with its rotor hanging, not far from where runs start [m, rad].
         model: compiled, for coarse steps where they were asked for.
         data: of the model, for whoever has `_ALONE`.
         static: its planar chain before steps became coarse, None where it has none.
@@ -62,6 +63,7 @@ class _Compiled:
     """
 
     robot: Robot
+    near: Array
     model: mujoco.MjModel
     data: mujoco.MjData
     static: PlanarChain | None
@@ -116,7 +118,10 @@ def rest_of(robot: Robot, mode: Mode, start_angle: float, height: float, coarse:
             hand = rest_of(robot, "clamped", start_angle, 0.0, coarse)
             lift(model, data, _there(hand), height)
         else:
-            come_to_rest(model, data, compiled.robot, still.foot, start_angle, chain=static)
+            come_to_rest(
+                model, data, compiled.robot, still.foot, start_angle, chain=static,
+                near=compiled.near,
+            )  # fmt: skip
         pose = Pose(*(each.copy() for each in (data.qpos, data.xpos, data.xmat)))
         return Rest(compiled, static, chain, _state(model, data), pose)
 
@@ -124,15 +129,17 @@ def rest_of(robot: Robot, mode: Mode, start_angle: float, height: float, coarse:
 @lru_cache(_COMPILED)
 def _compiled(robot: Robot, foot: Foot, coarse: bool) -> _Compiled:
     """Compile a robot and refuse what cannot be simulated."""
-    require_valid(robot, Condition("clamped", np.zeros(2)))
+    still = Condition("clamped", np.zeros(2))  # the rotor hangs
+    require_valid(robot, still)
     free = unloaded(robot)
     model, static = compile_model(free, foot), chain_of(free, foot)
     data, steps = mujoco.MjData(model), robot.steps_per_sample
-    mujoco.mj_forward(model, data)
+    come_to_rest(model, data, free, foot, still.start_angle, chain=static)
     require_stable(model, data)
+    near = data.qpos.copy()
     if coarse:
         steps = coarsen(model, data, steps)
-    return _Compiled(free, model, data, static, read_chain(model), steps)
+    return _Compiled(free, near, model, data, static, read_chain(model), steps)
 
 
 @lru_cache(_KEPT)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
+import mujoco
 import numpy as np
 
 from workbench.sim.beam_laws import Law, add_law
@@ -14,16 +16,32 @@ from workbench.sim.robot import Robot
 __all__ = ["EFFECTS"]
 
 _HANGING = np.pi / 2  # the rotor straight below T
+_KEPT = 128  # robots: those of a Jacobian are asked for run by run
+
+
+@dataclass(frozen=True)
+class _Cable:
+    """A cable's change of the MjSpec; equal to another of the same numbers."""
+
+    pull: float
+    stiffness: float
+    x: float
+
+    def __call__(self, spec: mujoco.MjSpec, _: Robot) -> None:
+        names: tuple[Law, ...] = ("top_pull", "top_stiffness", "top_x")
+        add_law(spec, dict(zip(names, (self.pull, self.stiffness, self.x), strict=True)))
 
 
 def _tether(robot: Robot, values: Values) -> Robot:
+    cable = _Cable(values["pull"], values["stiffness"], _forward(robot))
+    return replace(robot, edits=(*robot.edits, cable))
+
+
+@lru_cache(_KEPT)
+def _forward(robot: Robot) -> float:
+    """Return where T rests forward, the rotor hanging and the foot clamped [m]."""
     _, data = settle(unloaded(robot), "fixed", _HANGING)
-    pull: dict[Law, float] = {
-        "top_pull": values["pull"],
-        "top_stiffness": values["stiffness"],
-        "top_x": float(data.body("top").xpos[0]),
-    }
-    return replace(robot, edits=(*robot.edits, lambda spec, _: add_law(spec, pull)))
+    return float(data.body("top").xpos[0])
 
 
 TETHER = Effect(
