@@ -11,6 +11,7 @@ from benchmarks.bank.courses import Course
 from tests.fit.filmed import ROBOT, measured, ramp, twin_motion
 from workbench.fit import Hopper, Parameter, Scope
 from workbench.fit.observer import Start
+from workbench.fit.systems import hopper_rest
 from workbench.fit.systems.hopper_rest import held, rest_of
 from workbench.sim import applied
 
@@ -35,10 +36,11 @@ def _nothing_kept() -> None:
 
 def numbers(start: Start) -> tuple[bytes, ...]:
     """Return all that a simulation takes from a start."""
-    model, seen = start.model, start.observation
-    of_model = (model.dof_armature, model.jnt_stiffness, model.numeric_data, model.dof_damping)
-    given = (start.state, start.control, seen.bias, seen.offsets, seen.mix, *of_model)
-    scalars = np.array([start.steps, start.lead, model.opt.timestep, *start.follow])
+    seen, chain = start.observation, start.chain
+    assert chain is not None
+    of_chain = (chain.links, chain.actuators, chain.ground, chain.laws)
+    given = (start.state, start.control, seen.bias, seen.offsets, seen.mix, *of_chain)
+    scalars = np.array([start.steps, start.lead, chain.step, *start.follow])
     return tuple(each.tobytes() for each in (scalars, *given))
 
 
@@ -68,6 +70,39 @@ def test_an_instant_of_release_or_a_place_of_t_asks_for_no_other_robot(system: H
     system.start(1, {K3: K3.deviation}, True)
     system.start(1, {}, False)
     assert rest_of.cache_info().misses == 3
+
+
+@pytest.mark.parametrize("coarse", [False, True])
+@pytest.mark.parametrize("run", range(3), ids=["clamped", "decay", "drop"])
+def test_a_run_s_own_stiffness_is_that_of_a_stiffer_robot(
+    system: Hopper, run: int, coarse: bool
+) -> None:
+    own = Hopper(ROBOT, system.runs, turned=system.turned, warmth=0.01)
+    stiffer = own.own[run].stiffer
+    assert stiffer is not None
+    values = {name: 1.04 * ROBOT.values[name] for name in ("hinge_stiffness", "root_stiffness")}
+    # dampers are stated by themselves
+    other = Hopper(replace(ROBOT, values={**ROBOT.values, **values}), system.runs,
+                   turned=system.turned)  # fmt: skip
+    one, same = own.start(run, {stiffer: 0.04}, coarse), other.start(run, {}, coarse)
+    usual = own.start(run, {}, coarse)
+    assert one.chain is not None
+    assert same.chain is not None
+    assert np.allclose(one.chain.links, same.chain.links, rtol=1e-12, atol=1e-15)
+    assert np.abs(one.state - same.state).max() < 1e-9
+    assert np.abs(one.state - usual.state).max() > 1e-4
+
+
+def test_a_robot_is_compiled_once_for_all_runs_whose_foot_is_held(system: Hopper) -> None:
+    own = Hopper(ROBOT, system.runs, turned=system.turned, warmth=0.01)
+    compiled = hopper_rest._compiled
+    compiled.cache_clear()
+    for k, run in enumerate(own.own[:2]):
+        assert run.stiffer is not None
+        for share in (0.0, 0.01, 0.02):
+            own.start(k, {run.stiffer: share}, True)
+    assert rest_of.cache_info().misses == 6
+    assert compiled.cache_info().misses == 1
 
 
 def test_robots_are_equal_by_what_they_are_and_not_by_when_they_were_made() -> None:

@@ -54,6 +54,13 @@ def test_a_cable_s_force_grows_with_the_way_from_the_place_at_rest(robot: Robot)
         assert held.qpos == pytest.approx(resting(robot, left)[1].qpos, abs=1e-9)
 
 
+def test_robots_with_the_same_cable_are_equal(robot: Robot) -> None:
+    """What is compiled for one then serves the other."""
+    one, same, other = (applied(with_effect(robot, "tether", pull=p)) for p in (0.1, 0.1, 0.2))
+    assert (one, hash(one)) == (same, hash(same))
+    assert one != other
+
+
 def test_a_cable_is_hung_where_the_real_robot_stands(robot: Robot) -> None:
     """Whatever the order of the effects, the sag by a mass does not strain it."""
     heavy = {"mass": 0.02}

@@ -6,6 +6,7 @@ tested in `test_sim_convergence.py`.
 
 from __future__ import annotations
 
+import copy
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from unittest import mock
@@ -19,6 +20,7 @@ from tests.sim.rigs import with_effect
 from workbench.sim import (
     EFFECTS,
     Condition,
+    Drive,
     Robot,
     Simulation,
     Statics,
@@ -260,6 +262,41 @@ def test_numbers_that_blow_up_end_the_motion(robot: Robot) -> None:
         stepper.step(34)
     assert stepper.broken.any()
     assert np.isfinite(batch.bind("qpos")).all()
+
+
+@pytest.mark.parametrize("drive", ["speed", "voltage"])
+def test_a_lead_is_so_many_steps_of_its_own(robot: Robot, drive: Drive) -> None:
+    """Of each simulation that has one, by a chain and by the engine."""
+    condition = Condition("decay", np.zeros(2), pull=0.5, drive=drive)
+    model, data = at_rest(robot, condition)
+    data.qpos[:-1] += 0.01
+    leads, whole = np.array([0.0, 0.004, 0.011]), int(mujoco.mjtState.mjSTATE_INTEGRATION)
+
+    def batch_of(models: list[mujoco.MjModel]) -> Batch:
+        batch = Batch(model, nsim=len(models), nthread=1, persistent=True)
+        for row in batch.state:
+            mujoco.mj_getState(model, data, row, whole)
+        batch.set_models(models)
+        batch.forward(stage=int(mujoco.mjtStage.mjSTAGE_VEL))
+        return batch
+
+    batch = batch_of([model] * 3)
+    stepper = Stepper(batch, [model] * 3)
+    stepper.lead(leads, 40)
+    led = batch.state.copy()
+    stepper.step(5)
+    for row, lead in enumerate(leads):
+        own = copy.copy(model)
+        own.opt.timestep = max(lead, 1e-3) / 40
+        alone = batch_of([own])
+        if lead:
+            Stepper(alone, [own]).step(40)
+        assert np.abs(led[row] - alone.state[0]).max() < 1e-12
+        after = batch_of([model])
+        after.state[:] = led[row]
+        Stepper(after, [model]).step(5)
+        assert np.abs(batch.state[row] - after.state[0]).max() < 1e-9
+    assert np.abs(led[2] - led[1]).max() > 1e-3
 
 
 def test_many_unlike_chains_step_to_the_bits_of_each_alone(robot: Robot) -> None:
