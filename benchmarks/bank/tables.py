@@ -51,7 +51,7 @@ class Told:
         seeds: of the draws.
         engines: state of the engine -> how many cases it answered.
         newest: cases among those judged that the engine answered as it is now.
-        alike: states before it whose answers are its own but for rounding, counted among them.
+        alike: states before it whose answers are its own, counted among them.
     """
 
     judged: Sequence[Judged]
@@ -113,7 +113,7 @@ def _scored(judged: Sequence[Judged]) -> list[str]:
 def _also(alike: frozenset[str]) -> list[str]:
     """Return which states before are counted with the engine as it is, in words."""
     states = ", ".join(sorted(alike))
-    return [f"With those by {states}, which answers alike but for rounding.", ""] if alike else []
+    return [f"With those by {states}, which answers alike.", ""] if alike else []
 
 
 def _cases(count: int) -> str:

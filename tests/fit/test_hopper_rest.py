@@ -13,7 +13,7 @@ from workbench.fit import Hopper, Parameter, Scope
 from workbench.fit.observer import Start
 from workbench.fit.systems import hopper_rest
 from workbench.fit.systems.hopper_rest import held, rest_of
-from workbench.sim import applied
+from workbench.sim import applied, read_chain
 
 K3 = Parameter("hinge_cubic_stiffness k3", "N m/rad^3", 0.0, 20.0, scope=Scope.CANDIDATE)
 TILT = Parameter("camera_tilt tilt", "rad", 0.0, 0.01, scope=Scope.CANDIDATE)
@@ -91,6 +91,28 @@ def test_a_run_s_own_stiffness_is_that_of_a_stiffer_robot(
     assert np.allclose(one.chain.links, same.chain.links, rtol=1e-12, atol=1e-15)
     assert np.abs(one.state - same.state).max() < 1e-9
     assert np.abs(one.state - usual.state).max() > 1e-4
+
+
+@pytest.mark.parametrize("run", range(3), ids=["clamped", "decay", "drop"])
+def test_a_robot_that_is_no_chain_rests_by_the_engine_s_forces(
+    system: Hopper, run: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = Hopper(ROBOT, system.runs, turned=system.turned, warmth=0.01)
+    stiffer = own.own[run].stiffer
+    assert stiffer is not None
+    ours = own.start(run, {stiffer: 0.04}, False)
+    for name in ("chain_of", "read_chain"):
+        monkeypatch.setattr(hopper_rest, name, lambda *_: None)
+    for cache in (hopper_rest._compiled, rest_of, held):
+        cache.cache_clear()
+    engine = own.start(run, {stiffer: 0.04}, False)
+    hopper_rest._compiled.cache_clear()
+    assert engine.chain is None
+    assert ours.chain is not None
+    read = read_chain(engine.model)
+    assert read is not None
+    assert np.allclose(read.links, ours.chain.links, rtol=1e-12, atol=1e-15)
+    assert np.abs(ours.state - engine.state).max() < 1e-9
 
 
 def test_a_robot_is_compiled_once_for_all_runs_whose_foot_is_held(system: Hopper) -> None:
