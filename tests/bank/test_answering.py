@@ -119,7 +119,7 @@ def test_the_page_judges_the_engine_as_it_is_on_its_own(
     text = page(told_of(tmp_path))
     now, _, all_states = text.partition("## By all its states: 3 cases")
     assert f"## The engine as it is: {'2 cases' if alike else '1 case'}\n" in now
-    assert ("With those by earlier, which answers alike but for rounding." in now) == alike
+    assert ("With those by earlier, which answers alike." in now) == alike
     assert f"| slowest case [s] | 300 of {1 + alike} |" in now
     assert "| slowest case [s] | 300 of 3 |" in all_states
 
