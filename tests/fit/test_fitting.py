@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import mujoco
 import numpy as np
@@ -29,6 +29,7 @@ from workbench.fit import (
     MjcfRun,
     MjcfSystem,
     ParameterVector,
+    Start,
     covariance,
     fit_system,
     free_parameters,
@@ -174,11 +175,39 @@ def test_secants_go_as_far_as_asked() -> None:
     for reach in (-0.5, 2.0):
         moved = x.copy()
         moved[one] = reach
-        coarse = replace(estimator, defect=np.zeros(0))
-        change = (coarse.residuals(moved) - coarse.residuals(x)) / reach
+        change = (estimator.coarse(moved) - estimator.coarse(x)) / reach
         found = estimator.jacobian(x, [one], np.full(len(x), reach))
         np.testing.assert_allclose(found[:rows, one], change[:rows], atol=1e-9)
         assert np.abs(found[:rows, one]).max() > 0.01
+
+
+def test_coarse_steps_are_asked_for_once_and_anew_for_another_noise(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    system = undriven()
+    vector = ParameterVector(system.parameters)
+    estimator = Estimator.of(system, vector, system.strong, threads=1)
+    x, rows, asked = np.full(len(vector), 0.01), estimator.edges[-2], list[bool]()
+    start = type(system).start
+
+    def counting(*given: Any) -> Start:
+        asked.append(bool(given[-1]))
+        return start(*given)
+
+    monkeypatch.setattr(type(system), "start", counting)
+    near = estimator.near(x)
+    assert sum(asked) == len(system.names)
+    np.testing.assert_array_equal(near.residuals(x)[:rows], estimator.residuals(x)[:rows])
+    estimator.jacobian(x, [])
+    assert sum(asked) == len(system.names)
+    other = estimator.with_noise({group: q / 10 for group, q in system.strong.items()})
+    short = replace(estimator, window=0.1)
+    for one in (other, short):
+        asked.clear()
+        one.coarse(x)
+        assert sum(asked) == len(system.names)
+    assert np.abs(other.coarse(x)[:rows] - estimator.coarse(x)[:rows]).max() > 0.01
+    assert np.array_equal(near.coarse(x), estimator.coarse(x))
 
 
 def test_two_numbers_that_act_together_are_said_to() -> None:

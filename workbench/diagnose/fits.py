@@ -252,8 +252,7 @@ class Fits:
             return self._either(tuple(names), known, {p.name: _WIDE * p.deviation for p in absent})
         estimator, x = self._estimator(near, self._released(names))
         exact = estimator.residuals_of(near.estimator.innovations(near.x, keep=True), x)
-        coarse = replace(estimator, defect=np.zeros(0))
-        cheap = replace(estimator, defect=exact - coarse.residuals(x))
+        cheap = replace(estimator, defect=exact - estimator.coarse(x))
         low, high = estimator.vector.bounds
         goal = np.array([promise.numbers[p.name] for p in estimator.vector.parameters])
         slopes = promise.near.columns(estimator.vector, goal)

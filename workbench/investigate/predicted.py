@@ -110,14 +110,14 @@ class Predicted:
         for i in dict.fromkeys(i for i, _ in pairs):
             own, x = self.estimator(i, i)
             exact = own.residuals(x)
-            coarse = replace(own, defect=np.zeros(0)).residuals(x)
+            coarse = own.coarse(x)
             whole = self.parts(exact, self.systems[i])
             count = sum(part.size for part in whole)
             defect = (exact - coarse)[:count]
             before = [float(np.sum(soft(part, ROBUST))) for part in whole]
             for j in (j for first, j in pairs if first == i):
                 alternative, x = self.estimator(j, i)
-                cheap = replace(alternative, defect=np.zeros(0)).residuals(x)[:count] + defect
+                cheap = alternative.coarse(x)[:count] + defect
                 for t, part in enumerate(self.parts(cheap, self.systems[i])):
                     found[t].append(abs(float(np.sum(soft(part, ROBUST))) - before[t]))
         return found
