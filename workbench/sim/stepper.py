@@ -117,7 +117,7 @@ class Stepper:
         if by_chain.any():
             led, usual = asked[by_chain], {n: self._numbers[n].copy() for n in ("step", "ahead")}
             self._numbers["step"][led] = seconds[led] / steps
-            self._numbers["ahead"][led] *= self._numbers["step"][led] / usual["step"][led]
+            self._numbers["ahead"][led] = 0.0  # as the engine's own steps
             self._step_chains(steps, led)
             for name, numbers in usual.items():
                 self._numbers[name][:] = numbers
