@@ -73,6 +73,7 @@ def followed(
             yield twin, recorder, states
 
 
+@pytest.mark.budget(25)  # its processes compile the observer where no test did before
 def test_a_body_that_slips_ends_the_run_by_itself(
     root: Path, tmp_path: Path, workbench: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
