@@ -35,7 +35,7 @@ _OF_RIGS = ("mjcf",)  # begins of the names of sources that no case of the bank 
 _DIGITS = 8
 # since the first chains are stepped by vectors; the second led a release to its first sample by
 # steps of second order, 0.002 sigma off
-_ALIKE = {"b42b9e42": frozenset({"d3fff965", "7400d464"})}
+_ALIKE = {"e5d21411": frozenset({"d3fff965", "7400d464"})}
 _BLOCKS = (tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT)
 _SILENT = (tokenize.COMMENT, tokenize.NL)
 

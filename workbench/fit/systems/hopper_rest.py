@@ -40,8 +40,8 @@ __all__ = ["Rest", "held", "rest_of"]
 
 Array = NDArray[np.float64]
 
-_KEPT = 64  # some 100 kB each
-_COMPILED = 256  # the same: as many as a Jacobian of all candidates has columns, run by run
+_KEPT = 64  # states, some kB each
+_COMPILED = 128  # 1 MB each with its data: a Jacobian of all candidates asks for each run by run
 _HELD_ROUNDS = 3  # each turns T by less, and the point taken for it with it
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 _ALONE = threading.RLock()
