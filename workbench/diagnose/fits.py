@@ -24,6 +24,7 @@ from workbench.fit import (
     CLOSE,
     NEAREST,
     ROUGH,
+    Carrier,
     Estimator,
     Hopper,
     Known,
@@ -86,6 +87,7 @@ class Fits:
         self._weighed: dict[Hypothesis, Hypothesis] = {}
         self._judged: dict[Hypothesis, tuple[Array, ...]] = {}
         self._around: dict[tuple[str, ...], Linear] = {}
+        self._carrier = Carrier()
 
     @cached_property
     def landing(self) -> frozenset[int]:
@@ -190,10 +192,9 @@ class Fits:
         Its derivatives are by differences to both sides.
         """
         one = self.settled(one)
-        estimator = one.estimator
-        slopes = estimator.jacobian(one.x, steps=reaches(one.jacobian), central=True)
-        found = minimised(estimator, one.x, most=_STEPS, jacobian=slopes)
-        other = self._hypothesis(one.names, estimator, found.x, found.jacobian)
+        slopes = one.estimator.jacobian(one.x, steps=reaches(one.jacobian), central=True)
+        found = minimised(one.estimator, one.x, most=_STEPS, jacobian=slopes)
+        other = self._hypothesis(one.names, one.estimator, found.x, found.jacobian)
         return min(replace(one, jacobian=slopes), other, key=by_cost)
 
     def promises(self, at: Hypothesis) -> list[Promise]:
@@ -233,9 +234,8 @@ class Fits:
         self, leader: str, at: Hypothesis, promises: Sequence[Promise]
     ) -> list[tuple[tuple[str, str], Promise]]:
         """Return pairs without the best that promise as much as it does, of `pairs_without`."""
-        return pairs_without(
-            leader, at.names, promises, self.candidates, self._moving, self.rules.seconds
-        )
+        moving, most = self._moving, self.rules.seconds
+        return pairs_without(leader, at.names, promises, self.candidates, moving, most)
 
     def refit(self, names: Sequence[str], near: Hypothesis, promise: Promise) -> Hypothesis | None:
         """Fit a hypothesis from a neighbour and what was promised there, at the same process noise.
@@ -302,7 +302,8 @@ class Fits:
 
     def _at(self, one: Hypothesis, estimator: Estimator) -> Hypothesis:
         """Return a hypothesis fitted again at other process noise."""
-        found = minimised(estimator, one.x, None, _STEPS, ROUGH, one.jacobian, known=False)
+        slopes, known = self._carrier.carried(one.jacobian, one.x, one.estimator, estimator)
+        found = minimised(estimator, one.x, None, _STEPS, ROUGH, slopes, known=known)
         return self._hypothesis(one.names, estimator, found.x, found.jacobian)
 
     def settled(self, one: Hypothesis) -> Hypothesis:

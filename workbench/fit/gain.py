@@ -89,21 +89,30 @@ class Gain:
     fresh: Array
 
     def with_noises(self, transition: Array, kicks: Array, slopes: Array) -> tuple[Array, ...]:
-        """Return A, Q, (2 m + v, 2 m + v), and H, (..., c, 2 m + v), with the noises' [as given].
+        """Return A, Q, (..., 2 m + v, 2 m + v), H, (..., c, 2 m + v), with the noises' [as given].
 
         Args:
-            transition: (2 m, 2 m) A of the modes [unit of z by that of z].
-            kicks: (2 m, 2 m) Q of the modes [units of z squared].
+            transition: (..., 2 m, 2 m) A of the modes [unit of z by that of z].
+            kicks: (..., 2 m, 2 m) Q of the modes [units of z squared].
             slopes: (..., c, 2 m) H of the modes [unit of the channel by that of z].
         """
         if not self.fresh.any():
             return transition, kicks, slopes
         alone = np.broadcast_to(np.eye(len(self.memory)), (*slopes.shape[:-1], len(self.memory)))
         return (
-            scipy.linalg.block_diag(transition, np.diag(self.memory)),
-            scipy.linalg.block_diag(kicks, np.diag(self.fresh)),
+            _beside(transition, self.memory),
+            _beside(kicks, self.fresh),
             np.concatenate([slopes, alone], axis=-1),
         )
+
+
+def _beside(one: Array, diagonal: Array) -> Array:
+    """Return matrices (..., a, a) with a diagonal (b,) after their own, (..., a + b, a + b)."""
+    own, size = one.shape[-1], one.shape[-1] + len(diagonal)
+    whole, after = np.zeros((*one.shape[:-2], size, size)), np.arange(own, size)
+    whole[..., :own, :own] = one
+    whole[..., after, after] = diagonal
+    return whole
 
 
 def stationary(
