@@ -25,10 +25,10 @@ from workbench.fit import (
     free_parameters,
     weaker,
 )
-from workbench.fit.carried import Carrier, transitions
+from workbench.fit.carried import Transitions, transitions_of
 from workbench.fit.noise import Coloured
 from workbench.motion import TOP
-from workbench.schemas import load_model
+from workbench.schemas import Mode, load_model
 
 Array = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ def cart() -> Estimator:
 
 
 @cache
-def beam(mode: str, memory: float = 0.0, seconds: float = 2.0) -> Estimator:
+def beam(mode: Mode, memory: float = 0.0, seconds: float = 2.0) -> Estimator:
     """Return the estimator of one run of the robot."""
     driven = Course(mode, seconds, ramp(13.0))
     course = Course("decay", seconds, pull=0.4) if mode == "decay" else driven
@@ -75,7 +75,7 @@ def off(one: Estimator, steps: int) -> tuple[float, float]:
         for group in filter(one.depends_on, one.system.groups):
             other = weaker(other, group)
     before = one.jacobian(x)
-    found, known = Carrier().carried(before, x, one, other)
+    found, known = Transitions().carried(before, x, one, other)
     assert known
     taken, rows = other.jacobian(x), one.edges[-2]
     np.testing.assert_array_equal(found[rows:], taken[rows:])
@@ -94,7 +94,7 @@ def test_on_a_linear_machine_they_are_those_taken_there() -> None:
 
 @pytest.mark.parametrize("mode", ["decay", "clamped"])
 @pytest.mark.budget(20)
-def test_on_the_robot_they_are_near_those_taken_there(mode: str) -> None:
+def test_on_the_robot_they_are_near_those_taken_there(mode: Mode) -> None:
     error, change = off(beam(mode), 1)
     assert change > 0.1
     assert error < 0.1 * change
@@ -110,7 +110,9 @@ def test_noise_with_a_memory_is_carried_on() -> None:
 
 def test_a_turning_rotor_makes_each_sample_another() -> None:
     one = beam("clamped")
-    (along,) = transitions(one, np.zeros(len(one.vector))) or ()
+    found = transitions_of(one, np.zeros(len(one.vector)))
+    assert found is not None
+    (along,) = found
     rest = one.modes[0].transition(one.system.sample_s)
     assert along.shape == (len(one.system.seen(0)), *rest.shape)
     apart = np.abs(along - rest).max(axis=(1, 2)) / np.abs(rest).max()
@@ -122,7 +124,18 @@ def test_where_a_foot_lands_they_stay_what_they_were() -> None:
     one = beam("hop")
     x = np.zeros(len(one.vector))
     before = np.ones((one.edges[-1], len(x)))
-    found, known = Carrier().carried(before, x, one, one.with_noise(one.noise))
+    found, known = Transitions().carried(before, x, one, one.with_noise(one.noise))
+    assert not known
+    assert found is before
+
+
+def test_what_leads_out_of_all_bounds_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    one, transitions = beam("decay"), Transitions()
+    other, x = weaker(one, one.system.groups[0]), np.zeros(len(one.vector))
+    before = one.jacobian(x)
+    assert transitions.carried(before, x, one, other)[1]
+    monkeypatch.setattr(transitions, "_along", [(np.full((len(one.system.seen(0)), 6, 6), 1e9),)])
+    found, known = transitions.carried(before, x, one, other)
     assert not known
     assert found is before
 

@@ -24,7 +24,6 @@ from workbench.fit import (
     CLOSE,
     NEAREST,
     ROUGH,
-    Carrier,
     Estimator,
     Hopper,
     Known,
@@ -33,6 +32,7 @@ from workbench.fit import (
     Parameter,
     ParameterVector,
     System,
+    Transitions,
     between_steps,
     fit_system,
     likeliest,
@@ -87,7 +87,7 @@ class Fits:
         self._weighed: dict[Hypothesis, Hypothesis] = {}
         self._judged: dict[Hypothesis, tuple[Array, ...]] = {}
         self._around: dict[tuple[str, ...], Linear] = {}
-        self._carrier = Carrier()
+        self._transitions = Transitions()
 
     @cached_property
     def landing(self) -> frozenset[int]:
@@ -302,7 +302,7 @@ class Fits:
 
     def _at(self, one: Hypothesis, estimator: Estimator) -> Hypothesis:
         """Return a hypothesis fitted again at other process noise."""
-        slopes, known = self._carrier.carried(one.jacobian, one.x, one.estimator, estimator)
+        slopes, known = self._transitions.carried(one.jacobian, one.x, one.estimator, estimator)
         found = minimised(estimator, one.x, None, _STEPS, ROUGH, slopes, known=known)
         return self._hypothesis(one.names, estimator, found.x, found.jacobian)
 

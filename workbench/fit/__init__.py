@@ -16,7 +16,7 @@ Nothing here knows of a diagnosis, a report or a command line.
 from typing import TYPE_CHECKING
 
 from workbench.fit.arm import Arm, arm_of
-from workbench.fit.carried import Carrier
+from workbench.fit.carried import Transitions
 from workbench.fit.correction import LONGEST
 from workbench.fit.drive import calm, commanded_angle, fit_drive
 from workbench.fit.estimation import estimate

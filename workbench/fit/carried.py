@@ -26,19 +26,16 @@ from workbench.fit.gain import Gain
 from workbench.fit.observer import Innovations, Job, Together, has_own_jacobians
 from workbench.sim import mass_matrix
 
-__all__ = ["Carrier", "Transitions", "carried", "transitions"]
+__all__ = ["Transitions", "carried", "transitions_of"]
 
 Array = NDArray[np.float64]
 
 _AT_ONCE = 8  # samples
 _ANGLE, _RATE = 1e-5, 1e-4  # length of a difference [rad, rad/s]
 
-Transitions = tuple[Array, ...]
-"""Of each run A, (n, 2 m, 2 m) [unit of z by that of z], from each sample to the next."""
 
-
-def transitions(estimator: Estimator, x: Array) -> Transitions | None:
-    """Return how the modes' coordinates of each run go from sample to sample.
+def transitions_of(estimator: Estimator, x: Array) -> tuple[Array, ...] | None:
+    """Return A of each run, (n, 2 m, 2 m) [unit of z by that of z], from each sample to the next.
 
     None where that is not known: where a foot lands or slips, at joints that neither slide nor
     turn about an axis, and where an actuator is more than the integral of its control.
@@ -129,18 +126,19 @@ class _Correction(NamedTuple):
         return cls(factor, inverse, weighted)
 
 
-class Carrier:
-    """Carries derivatives of one system's runs; how their motion goes on is found once."""
+class Transitions:
+    """How the motion of one system's runs goes from sample to sample, found when first asked."""
 
     def __init__(self) -> None:
-        self._along: list[Transitions | None] = []
+        self._along: list[tuple[Array, ...] | None] = []
 
     def carried(
         self, jacobian: Array, x: Array, before: Estimator, after: Estimator
     ) -> tuple[Array, bool]:
         """Return derivatives of the residuals, (m, p) [1], and whether they are those after.
 
-        They are those before where it is not known how the runs go on, of `transitions`.
+        They are those before where it is not known how the runs go on, of `transitions_of`, or
+        where that leads out of all bounds.
 
         Args:
             jacobian: (m, p) of the residuals before [1].
@@ -149,11 +147,13 @@ class Carrier:
             after: of the same runs and parameters with another process noise.
         """
         if not self._along:
-            self._along.append(transitions(before, x))
+            self._along.append(transitions_of(before, x))
         if (along := self._along[0]) is None:
             return jacobian, False
-        found = before.innovations(x, keep=True)
-        return carried(jacobian, before, after, found, along), True
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = carried(jacobian, before, after, before.innovations(x, keep=True), along)
+        known = bool(np.isfinite(found).all())
+        return (found if known else jacobian), known
 
 
 def carried(
@@ -161,7 +161,7 @@ def carried(
     before: Estimator,
     after: Estimator,
     found: Sequence[Innovations],
-    along: Transitions,
+    along: Sequence[Array],
 ) -> Array:
     """Return the derivatives of the residuals at another process noise, (m, p) [1].
 
@@ -170,7 +170,7 @@ def carried(
         before: estimator that they are of.
         after: of the same runs and parameters with another process noise.
         found: innovations of each run where the derivatives were taken, or near, of either.
-        along: of the runs.
+        along: A of each run, of `transitions_of`.
     """
     edges, moved = before.edges, jacobian.copy()
     for k, (one, own) in enumerate(zip(found, along, strict=True)):

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.fit.carried import Carrier
+from workbench.fit.carried import Transitions
 from workbench.fit.estimator import NEAREST, Estimator, reaches
 from workbench.fit.minimise import CLOSE, ROUGH, Minimum, minimum, soft
 from workbench.fit.observer import Innovations, observe
@@ -156,7 +156,7 @@ def _weighed(
 ) -> tuple[Estimator, Minimum, int, bool]:
     """Return the fit at the likeliest process noise, and whether that stayed the same at last."""
     estimator = refined(estimator, found.x)
-    carrier, same = Carrier(), False
+    transitions, same = Transitions(), False
     slopes, known = found.jacobian if len(found.jacobian) else None, False
     words = "fit whole runs" if np.isinf(estimator.window) else "fit the first seconds"
     for _ in range(rounds):
@@ -168,7 +168,7 @@ def _weighed(
         same = weighed.noise == estimator.noise
         if same:
             break
-        slopes, known = carrier.carried(found.jacobian, found.x, estimator, weighed)
+        slopes, known = transitions.carried(found.jacobian, found.x, estimator, weighed)
         estimator = refined(weighed, found.x)
     return estimator, found, count, same
 
