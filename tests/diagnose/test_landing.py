@@ -13,6 +13,9 @@ from workbench.diagnose.fits import Fits
 from workbench.diagnose.landing import HopFits
 
 ASKED = (Asked("decay", 0.8, 3.0), Asked("clamped", 13.0, 4.0), Asked("hop", 18.0, 5.0))
+TWO_HOPS = (*ASKED[:2], Asked("hop", 18.0, 3.0), Asked("hop", 16.0, 3.0))
+"""Of one hop of 5 s a fit ends at 5.5 to 6.1 mm of 8, by the kink that it meets; of these at 8.3
+to 8.7 mm, wherever the numbers of the beam begin within a thousandth."""
 FORWARD = 0.008
 
 
@@ -46,7 +49,7 @@ def test_what_held_runs_show_is_known_and_not_fitted_to_hops() -> None:
 @pytest.mark.budget(30)
 def test_a_cause_for_which_the_base_bends_the_floor_is_found_from_the_stated_one() -> None:
     robot = truth(3, {"foot_cg": {"forward": FORWARD}}, off=0.0)
-    rig = HopperRig(runs_of(robot, 3, ASKED), DOCUMENT, SHAPE)
+    rig = HopperRig(runs_of(robot, 3, TWO_HOPS), DOCUMENT, SHAPE)
     fits = Fits(rig, threads=1)
     still = fits.of(rig, fits.landing)
     beam = still.base()
@@ -76,7 +79,7 @@ def test_a_cause_for_which_the_base_bends_the_floor_is_found_from_the_stated_one
 
     whole = fits.joined([beam, ended])
     assert whole.names == ("foot_cg",)
-    assert len(whole.blocks) == 3
+    assert len(whole.blocks) == len(TWO_HOPS)
     assert whole.values["hinge_stiffness"] == ended.values["hinge_stiffness"]
     assert whole.values["foot_mass"] == ended.values["foot_mass"] != beam.values["foot_mass"]
     assert whole.estimator.noise["beam"] == beam.estimator.noise["beam"]

@@ -20,8 +20,10 @@ def test_a_strip_softer_in_one_part_is_not_fitted_as_softer_in_all() -> None:
     promise = next(one for one in fits.promises(base) if one.name == "local_stiffness_loss")
     found = fits.refit([promise.name], base, promise)
     assert found is not None
-    print(base.cost - found.cost, found.prior, found.values)
-    assert base.cost - found.cost > 50
-    parts = {key: found.values[f"{promise.name} {key}"] for key in ("near_foot", "middle")}
-    assert parts == pytest.approx(dict.fromkeys(parts, 0.0), abs=0.015)
-    assert found.values[f"{promise.name} near_top"] == pytest.approx(LOSS, abs=0.01)
+    print(base.cost - found.cost, found.prior, found.values, found.deviations)
+    assert base.cost - found.cost > 65.4  # a fit that stopped where it had nothing yet gained 65.2
+    names = [f"{promise.name} {part}" for part in ("near_foot", "middle", "near_top")]
+    foot, middle, top = (found.values[name] for name in names)
+    assert top - (foot + middle) / 2 == pytest.approx(LOSS, abs=0.01)
+    for name, true in zip(names, (0.0, 0.0, LOSS), strict=True):
+        assert abs(found.values[name] - true) < found.deviations[name] < 0.03

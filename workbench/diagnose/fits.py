@@ -28,7 +28,6 @@ from workbench.fit import (
     Hopper,
     Known,
     Linear,
-    Minimum,
     Parameter,
     ParameterVector,
     System,
@@ -37,10 +36,8 @@ from workbench.fit import (
     fit_system,
     likeliest,
     minimised,
-    minimum,
     reaches,
     refined,
-    soft,
     weaker,
 )
 from workbench.progress import Progress
@@ -240,8 +237,7 @@ class Fits:
     def refit(self, names: Sequence[str], near: Hypothesis, promise: Promise) -> Hypothesis | None:
         """Fit a hypothesis from a neighbour and what was promised there, at the same process noise.
 
-        Only the end is simulated in full steps; on the way what coarse ones do otherwise is taken
-        to be what it is at the neighbour, and derivatives are those there, brought up to date.
+        It begins at what was promised and, where that is no likelier than the neighbour, there.
         Another machine is fitted as the base is.
         """
         others = {p.name for p in self.candidates.parameters(near.names)}
@@ -251,22 +247,17 @@ class Fits:
             absent = [p for one in added if one.unlike for p in one.absent]
             return self._either(tuple(names), known, {p.name: _WIDE * p.deviation for p in absent})
         estimator, x = self._estimator(near, self._released(names))
-        exact = estimator.residuals_of(near.estimator.innovations(near.x, keep=True), x)
-        cheap = replace(estimator, defect=exact - estimator.coarse(x))
-        low, high = estimator.vector.bounds
         goal = np.array([promise.numbers[p.name] for p in estimator.vector.parameters])
         slopes = promise.near.columns(estimator.vector, goal)
-        tried = list[Minimum]()
+        low, high = estimator.vector.bounds
+        tried = list[Hypothesis]()
         for start in (goal, x):
-            found = minimum(
-                cheap.residuals, lambda _: slopes, np.clip(start, low + _OFF, high - _OFF),
-                (low, high), estimator.robust, _STEPS, ROUGH, slopes, edges=estimator.edges,
-            )  # fmt: skip
-            tried.append(found)
-            if found.cost < float(np.sum(soft(exact, estimator.robust))):
+            start = np.clip(start, low + _OFF, high - _OFF)
+            found = minimised(estimator, start, None, _STEPS, CLOSE, slopes)
+            tried.append(self._hypothesis(tuple(names), estimator, found.x, found.jacobian))
+            if tried[-1].cost < near.cost:
                 break
-        best = min(tried, key=lambda one: one.cost)
-        return self._hypothesis(tuple(names), estimator, best.x, best.jacobian)
+        return min(tried, key=by_cost)
 
     def _either(
         self, names: tuple[str, ...], known: dict[str, float], wide: dict[str, float]

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from workbench.diagnose.decide import Part, Scored, Shown, chosen, comparable, decide, versus
+from workbench.diagnose.decide import Part, Scored, Shown, chosen, comparable, decide
 from workbench.diagnose.findings import Cause, EstimatedQuantity, Refit, quantity_of
 from workbench.diagnose.fits import Fits
 from workbench.diagnose.hypothesis import Hypothesis, by_cost
@@ -83,8 +83,8 @@ class Shortlist:
 def shortlisted(fits: Fits, base: Hypothesis) -> Shortlist:
     """Fit the causes that promise most.
 
-    Where something is hidden, those that it hides and those of another machine are fitted by the
-    whole recipe, until one leaves no more than a whole model may.
+    Where something is hidden, those of another machine are fitted by the whole recipe, until one
+    leaves no more than a whole model may.
     """
     rules, progress = fits.rules, fits.progress
     progress(Stage("see what each candidate promises", 0.0))
@@ -96,12 +96,11 @@ def shortlisted(fits: Fits, base: Hypothesis) -> Shortlist:
     unlike = [one for one in promises if hidden and fits.candidates[one.name].unlike]
     near = [one for one in promises if one not in unlike and one.gain >= least[one.name]]
     short = near[: rules.shortlist]
-    found: list[tuple[Promise, Hypothesis]] = []
+    singles: list[Hypothesis] = []
     for number, one in enumerate(short):
         progress(Stage(f"fit {one.name}", 0.15 + 0.45 * number / len(short)))
         if (single := fits.refit((one.name,), base, one)) is not None:
-            found.append((one, single))
-    singles = _again(fits, base, found) if hidden else [single for _, single in found]
+            singles.append(single)
     for one in unlike:
         if fits.missing(min(singles, key=by_cost, default=base)) > 1:
             progress(f"fit {one.name}")
@@ -114,7 +113,7 @@ def observer_part(fits: Fits, listed: Shortlist) -> ObserverPart:
     """Return what the observer says of the candidates."""
     base, promises, progress = listed.base, listed.promises, fits.progress
     before = {one.names: one for one in listed.singles}
-    singles = _firm(fits, base, _weighed(fits, base, listed.singles, listed.hidden))
+    singles = _weighed(fits, base, listed.singles, listed.hidden)
     pairs: list[Hypothesis] = []
     if singles and _asks_for_more(fits, base, singles[0], listed.hidden):
         first = singles[0]
@@ -218,44 +217,6 @@ def _beside(
         if (more := fits.refit((*first.names, one.name), first, one)) is not None:
             found.append(more)
     return found
-
-
-def _again(
-    fits: Fits, base: Hypothesis, fitted: Sequence[tuple[Promise, Hypothesis]]
-) -> list[Hypothesis]:
-    """Return single causes, those fitted by the whole recipe whose refit holds next to nothing.
-
-    The cost of a hop jumps where a landing comes a sample sooner, and a refit from the base stops
-    at such a jump; strong correction smooths them. That takes as long as the base, so it ends with
-    the first cause that leaves no more than a whole model may.
-    """
-    found = [one for _, one in fitted]
-    least = fits.rules.near * max((promised.gain for promised, _ in fitted), default=0.0)
-    for number, (promised, one) in enumerate(fitted):
-        if promised.gain < least or base.cost - one.cost > fits.rules.near * promised.gain:
-            continue
-        if fits.missing(min(found, key=by_cost)) <= 1:
-            break
-        fits.progress(f"fit {promised.name} from a far start")
-        found[number] = min(one, fits.whole(one.names, base.values), key=by_cost)
-    return found
-
-
-def _firm(fits: Fits, base: Hypothesis, singles: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Return single causes, best first; one that leads and does not hold is fitted once more.
-
-    A cause far beyond its tolerance is found on a way that is not straight, and a refit ends on it:
-    it leaves something missing, or runs held out refuse what fitted ones gain.
-    """
-    if not singles:
-        return []
-    leader = singles[0]
-    found = versus(_scored(fits, leader), _scored(fits, base))
-    if found.gain < practical(fits, leader) or (fits.missing(leader) <= 1 and found.held > 0):
-        return list(singles)
-    fits.progress(f"fit {together(leader.names)} from a far start")
-    again = fits.whole(leader.names, leader.values)
-    return sorted([again, *singles[1:]] if again.cost < leader.cost else singles, key=by_cost)
 
 
 def _asks_for_more(fits: Fits, base: Hypothesis, leader: Hypothesis, hidden: bool) -> bool:
