@@ -87,6 +87,7 @@ def test_a_far_start_ends_at_the_truth_within_its_intervals() -> None:
         assert one.high - one.low < 0.15 * TRUTH[key]
 
 
+@pytest.mark.budget(25)  # the same
 def test_the_process_noise_falls_where_the_model_lacks_nothing() -> None:
     fit = fitted()
     strong = fit.estimator.system.strong["hinges"]

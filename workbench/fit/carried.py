@@ -127,18 +127,18 @@ class _Correction(NamedTuple):
 
 
 class Transitions:
-    """How the motion of one system's runs goes from sample to sample, found when first asked."""
+    """How the motion of runs goes from sample to sample, found once for each kind of machine."""
 
     def __init__(self) -> None:
-        self._along: list[tuple[Array, ...] | None] = []
+        self._along: dict[tuple[tuple[int, ...], ...], tuple[Array, ...] | None] = {}
 
     def carried(
         self, jacobian: Array, x: Array, before: Estimator, after: Estimator
     ) -> tuple[Array, bool]:
         """Return derivatives of the residuals, (m, p) [1], and whether they are those after.
 
-        They are those before where it is not known how the runs go on, of `transitions_of`, or
-        where that leads out of all bounds.
+        They are those before where they are by long differences, where it is not known how the runs
+        go on, of `transitions_of`, and where that leads out of all bounds.
 
         Args:
             jacobian: (m, p) of the residuals before [1].
@@ -146,9 +146,12 @@ class Transitions:
             before: estimator that they are of.
             after: of the same runs and parameters with another process noise.
         """
-        if not self._along:
-            self._along.append(transitions_of(before, x))
-        if (along := self._along[0]) is None:
+        if before.system.difference == 1:
+            return jacobian, False
+        machine = tuple(one.basis.shape for one in before.modes)
+        if machine not in self._along:
+            self._along[machine] = transitions_of(before, x)
+        if (along := self._along[machine]) is None:
             return jacobian, False
         with np.errstate(over="ignore", invalid="ignore"):
             found = carried(jacobian, before, after, before.innovations(x, keep=True), along)

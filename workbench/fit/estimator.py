@@ -50,10 +50,6 @@ or later make the slope of a hop a chance. Of sticking friction in four hops it 
 deviations over 0.02, 64 over 0.7, and only steps by the wider ones lowered the cost."""
 
 _SHARES = (1.0, 0.1, 0.01)  # of a difference: as much of it as can be simulated
-_SMOOTH = 1e-3
-"""Share of a difference where no foot lands. Over whole ones the square of the step made a slope of
-199 of one of 109: where causes do nearly the same, no step of such a Jacobian lowers the cost."""
-
 _REMEMBERED = 2  # a minimiser ends at its last numbers, or at those before
 _COARSE = 8  # the same in coarse steps, of all that were made of one estimator
 REFUSED = 1e3
@@ -261,12 +257,12 @@ class Estimator:
             x: (p,) the minimiser's numbers [1].
             asked: (k,) columns that are wanted, the others stay zero; all where left out.
             steps: (p,) how far each is moved, of `reaches` [1]; the nearest where left out.
-            central: whether differences go to both sides where a foot lands: twice the cost, and
+            central: whether differences that are long go to both sides: twice the cost, and
                 directions that do nothing are seen to do nothing.
         """
         steps = np.full(len(x), NEAREST) if steps is None else steps
         runs = range(len(self.system.names))
-        central = central and any(map(self.system.lands, runs))
+        central = central and any(self._length(k) == 1 for k in runs)
         wanted = set(range(len(x)) if asked is None else map(int, asked))
         moves = [(k, i) for k in runs for i in self._felt(k) if i in wanted]
         low, high = self.vector.bounds
@@ -319,7 +315,7 @@ class Estimator:
         return least, jobs(least)
 
     def _length(self, run: int) -> float:
-        return 1.0 if self.system.lands(run) else _SMOOTH
+        return 1.0 if self.system.lands(run) else self.system.difference
 
     @property
     def edges(self) -> tuple[int, ...]:

@@ -41,6 +41,11 @@ class System(Protocol):
         ...
 
     @property
+    def difference(self) -> float:
+        """Return how long a difference is where nothing lands, of what it would be else."""
+        ...
+
+    @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Return what is fitted: of the model, of candidates, then of single runs."""
         ...

@@ -97,6 +97,8 @@ class MjcfSystem:
             data that cannot be used.
     """
 
+    difference = 1.0  # over a short one a gear that does not give yet shows nothing
+
     def __init__(
         self,
         spec: mujoco.MjSpec,
