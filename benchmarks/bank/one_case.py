@@ -33,9 +33,8 @@ _SCORED_OF_A_CAUSE = ("effect", "confidence", "weight", "parameters")
 _ENGINE = ("data_quality", "diagnose", "fit", "sim", "tracking")
 _OF_RIGS = ("mjcf",)  # begins of the names of sources that no case of the bank uses
 _DIGITS = 8
-# since the first chains are stepped by vectors; the second led a release to its first sample by
-# steps of second order, 0.002 sigma off
-_ALIKE = {"e5d21411": frozenset({"d3fff965", "7400d464"})}
+# the second asked of each run what only rigs can have, and gave the same bits
+_ALIKE = {"b0b716dc": frozenset({"eb306561"})}
 _BLOCKS = (tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT)
 _SILENT = (tokenize.COMMENT, tokenize.NL)
 

@@ -186,7 +186,7 @@ class Fits:
     def ended(self, one: Hypothesis) -> Hypothesis:
         """Return a hypothesis fitted to its minimum; it was compared within a standard error of it.
 
-        Its derivatives are by differences to both sides.
+        Its derivatives are taken anew.
         """
         one = self.settled(one)
         slopes = one.estimator.jacobian(one.x, steps=reaches(one.jacobian), central=True)

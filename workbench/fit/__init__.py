@@ -4,8 +4,9 @@
 robot and any MJCF. `observer` simulates runs and corrects the state after every sample
 (`correction`), with the covariance of `gain`; `drive` turns the seen rotor into an input.
 `estimator` states the likelihood and gives residuals and derivatives, `fitting` the recipe from a
-far start to the minimum, `process` how much process noise the data ask for, `intervals` and
-`identifiability` how sure the answer is, `soundness` what speaks against the data.
+far start to the minimum, `process` how much process noise the data ask for, `carried` derivatives
+at another, `intervals` and `identifiability` how sure the answer is, `soundness` what speaks
+against the data.
 
 `smoother` and `state` give the robot's whole pose over a run and the force that its model misses,
 `prediction` how far the model is off some time ahead, `estimation` both for the record of a run.

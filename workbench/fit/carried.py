@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from workbench.fit.estimator import Estimator
 from workbench.fit.gain import Gain
-from workbench.fit.observer import Innovations, Job, Together, has_own_jacobians
+from workbench.fit.observer import Innovations, Job, Together
 from workbench.sim import mass_matrix
 
 __all__ = ["Transitions", "carried", "transitions_of"]
@@ -34,32 +34,15 @@ _AT_ONCE = 8  # samples
 _ANGLE, _RATE = 1e-5, 1e-4  # length of a difference [rad, rad/s]
 
 
-def transitions_of(estimator: Estimator, x: Array) -> tuple[Array, ...] | None:
+def transitions_of(estimator: Estimator, x: Array) -> tuple[Array, ...]:
     """Return A of each run, (n, 2 m, 2 m) [unit of z by that of z], from each sample to the next.
 
-    None where that is not known: where a foot lands or slips, at joints that neither slide nor
-    turn about an axis, and where an actuator is more than the integral of its control.
-
     Args:
-        estimator: of the runs.
+        estimator: of runs in which no foot lands, driven by integrals of their controls.
         x: (p,) the minimiser's numbers of the motion [1].
     """
-    runs = range(len(estimator.modes))
-    if any(map(estimator.system.lands, runs)):
-        return None
-    jobs = [estimator.job(k, x, coarse=True) for k in runs]
-    if not all(has_own_jacobians(job.model) and _integrates(job.model) for job in jobs):
-        return None
-    found = estimator.innovations(x, keep=True)
-    return tuple(map(_run_transitions, jobs, found))
-
-
-def _integrates(model: mujoco.MjModel) -> bool:
-    """Return whether each activation is the angle at which an actuator holds its joint."""
-    stateful = model.actuator_actadr >= 0
-    kinds = model.actuator_dyntype[stateful], model.actuator_trntype[stateful]
-    wanted = mujoco.mjtDyn.mjDYN_INTEGRATOR, mujoco.mjtTrn.mjTRN_JOINT
-    return all((kind == int(one)).all() for kind, one in zip(kinds, wanted, strict=True))
+    jobs = [estimator.job(k, x, coarse=True) for k in range(len(estimator.modes))]
+    return tuple(map(_run_transitions, jobs, estimator.innovations(x, keep=True)))
 
 
 def _run_transitions(job: Job, run: Innovations) -> Array:
@@ -130,15 +113,14 @@ class Transitions:
     """How the motion of runs goes from sample to sample, found once for each kind of machine."""
 
     def __init__(self) -> None:
-        self._along: dict[tuple[tuple[int, ...], ...], tuple[Array, ...] | None] = {}
+        self._along: dict[tuple[tuple[int, ...], ...], tuple[Array, ...]] = {}
 
     def carried(
         self, jacobian: Array, x: Array, before: Estimator, after: Estimator
     ) -> tuple[Array, bool]:
         """Return derivatives of the residuals, (m, p) [1], and whether they are those after.
 
-        They are those before where they are by long differences, where it is not known how the runs
-        go on, of `transitions_of`, and where that leads out of all bounds.
+        They are those before where differences are long, and where this leads out of all bounds.
 
         Args:
             jacobian: (m, p) of the residuals before [1].
@@ -146,17 +128,16 @@ class Transitions:
             before: estimator that they are of.
             after: of the same runs and parameters with another process noise.
         """
-        if before.system.difference == 1:
+        if not before.short:
             return jacobian, False
         machine = tuple(one.basis.shape for one in before.modes)
         if machine not in self._along:
             self._along[machine] = transitions_of(before, x)
-        if (along := self._along[machine]) is None:
-            return jacobian, False
+        found, along = before.innovations(x, keep=True), self._along[machine]
         with np.errstate(over="ignore", invalid="ignore"):
-            found = carried(jacobian, before, after, before.innovations(x, keep=True), along)
-        known = bool(np.isfinite(found).all())
-        return (found if known else jacobian), known
+            moved = carried(jacobian, before, after, found, along)
+        known = bool(np.isfinite(moved).all())
+        return (moved if known else jacobian), known
 
 
 def carried(

@@ -262,7 +262,7 @@ class Estimator:
         """
         steps = np.full(len(x), NEAREST) if steps is None else steps
         runs = range(len(self.system.names))
-        central = central and any(self._length(k) == 1 for k in runs)
+        central = central and not self.short
         wanted = set(range(len(x)) if asked is None else map(int, asked))
         moves = [(k, i) for k in runs for i in self._felt(k) if i in wanted]
         low, high = self.vector.bounds
@@ -316,6 +316,11 @@ class Estimator:
 
     def _length(self, run: int) -> float:
         return 1.0 if self.system.lands(run) else self.system.difference
+
+    @property
+    def short(self) -> bool:
+        """Return whether all differences are short, so that derivatives are those of the cost."""
+        return all(self._length(k) < 1 for k in range(len(self.system.names)))
 
     @property
     def edges(self) -> tuple[int, ...]:

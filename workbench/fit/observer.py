@@ -23,9 +23,7 @@ from workbench.fit.gain import Gain
 from workbench.fit.observation import Observation
 from workbench.sim import PlanarChain, Stepper, keep_engine_quiet, parallel_map
 
-__all__ = [
-    "Innovations", "Job", "SampleInnovations", "Start", "Together", "has_own_jacobians", "observe",
-]  # fmt: skip
+__all__ = ["Innovations", "Job", "SampleInnovations", "Start", "Together", "observe"]
 
 Array = NDArray[np.float64]
 _Numbers, _Which = NDArray[np.int64], NDArray[np.bool_]
@@ -229,7 +227,7 @@ class Together:
         batch.set_models(models)
         batch.forward(stage=_CURRENT)
         chains = [job.chain for job in jobs]
-        self._stepper = Stepper(batch, models, chains, places_alone=has_own_jacobians(models[0]))
+        self._stepper = Stepper(batch, models, chains, places_alone=_has_own_jacobians(models[0]))
         self._stepper.lead(np.array([job.lead for job in jobs]), _LED * jobs[0].steps)
         self._steps, self._bodies = jobs[0].steps, jobs[0].observation.bodies
         self._view: Any = tuple(
@@ -335,7 +333,7 @@ class Together:
         return pick_rate @ basis - delay[..., None] * slopes
 
 
-def has_own_jacobians(model: mujoco.MjModel) -> bool:
+def _has_own_jacobians(model: mujoco.MjModel) -> bool:
     """Return whether `translations` knows all its joints: they slide or are hinges."""
     return bool(np.isin(model.jnt_type, [_SLIDE, _HINGE]).all())
 
@@ -349,7 +347,7 @@ def _translating(
     `anchors`, xanchor (s, njnt, 3), hinges and slides are done here.
     """
     model = batch.model
-    if not has_own_jacobians(model):
+    if not _has_own_jacobians(model):
         return None
     joints = model.dof_jntid.astype(np.int64)
     slides = model.jnt_type[joints] == _SLIDE
