@@ -5,6 +5,7 @@
     python -m benchmarks.bank --seed 56 --cases 200 --held
     python -m benchmarks.bank --seed 38 --cases 40 --hops
     python -m benchmarks.bank --seed 46 --cases 200 --hops --of foot_cg sole_adhesion
+    python -m benchmarks.bank --seed 34 --cases 200 --reduced --again
     python -m benchmarks.bank --seed 1 --flip hinge_cubic_stiffness
 
 One line of JSON is kept for each case beside the page, where it is versioned: a later call, on any
@@ -14,8 +15,9 @@ given the case's folder only. With `--held` cases have nine runs of eight second
 with `--reduced` five of three seconds: a night holds hundreds, and what is small hardly shows. With
 `--hops` all have twelve runs with three hops among them, and causes of about the size that is
 asked, for to size one on hops takes half an hour. `--of` takes only the cases with one of the
-effects named. With `--flip` the cases of one effect are answered once more by a twin that has it
-with the wrong sign.
+effects named, `--again` those that an earlier state of the engine answered: their causes have the
+amounts of the kept labels, for to find them takes longer than to answer. With `--flip` the cases of
+one effect are answered once more by a twin that has it with the wrong sign.
 """
 
 from __future__ import annotations
@@ -66,13 +68,18 @@ def told_of(folder: Path) -> Told:
         if "failed" in line
     ]
     engines = Counter(str(one.get("engine")) for one in answered.values())
-    now = {engine(), *alike(engine())}
+    now = _now()
     newest = frozenset(seed for seed, one in answered.items() if one.get("engine") in now)
     signs = list(_signs(folder, judged))
     return Told(
         tuple(judged.values()), plain, signs, ties_of(folder), len(lines), failed, tuple(draws),
         engines, newest, alike(engine()),
     )  # fmt: skip
+
+
+def _now() -> frozenset[str]:
+    """Return the state of the engine, and those that answer as it does."""
+    return alike(engine()) | {engine()}
 
 
 def _signs(folder: Path, judged: dict[int, Judged]) -> Iterator[Turned]:
@@ -100,6 +107,7 @@ def main() -> None:
     kinds.add_argument("--held", action="store_true", help="nine runs without a hop")
     kinds.add_argument("--hops", action="store_true", help="twelve runs, about the asked size")
     parser.add_argument("--of", nargs="+", default=(), help="only cases with one of these effects")
+    parser.add_argument("--again", action="store_true", help="what an earlier engine answered")
     parser.add_argument("--flip", help="effect whose cases are answered with its sign turned")
     asked = parser.parse_args()
     cases = draw_cases(asked.seed, asked.cases)
@@ -116,10 +124,15 @@ def main() -> None:
         cases = [case for case in cases if asked.flip in case.causes]
         name += f"{_FLIP}{asked.flip}"
     log = asked.kept / f"{name}.jsonl"
-    task = partial(run_case, work=asked.work / name, turned=asked.flip)
+    done, labels = kept(log), dict[int, Line]()
+    if asked.again:
+        earlier = [line for line in done.values() if "label" in line]
+        labels = {line["seed"]: line["label"] for line in earlier if line["engine"] not in _now()}
+        cases, done = [case for case in cases if case.seed in labels], {}
+    task = partial(run_case, work=asked.work / name, turned=asked.flip, labels=labels)
     # in no order, so that a draw that is stopped holds a fair part of each block
     order = np.random.default_rng(asked.seed).permutation(len(cases))
-    for line in keep_all([cases[k] for k in order], log, task, asked.processes):
+    for line in keep_all([cases[k] for k in order], log, task, asked.processes, done):
         said = line.get("failed") or line["answer"].get("answer")
         print(f"case {line['seed']}: {said}", flush=True)
     told = told_of(asked.kept)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import multiprocessing
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
@@ -15,17 +15,21 @@ __all__ = ["keep_all", "kept"]
 
 
 def keep_all(
-    cases: Sequence[Case], log: Path, answered: Callable[[Case], Line], processes: int
+    cases: Sequence[Case],
+    log: Path,
+    answered: Callable[[Case], Line],
+    processes: int,
+    known: Container[int],
 ) -> Iterator[Line]:
-    """Yield a line for every case that a log has none of yet, and keep it there.
+    """Yield a line for every case that is not known yet, and keep it in a log.
 
     Args:
         cases: of the draw.
         log: file of lines.
         answered: makes the line of a case, in a process of its own.
         processes: that work at once.
+        known: seeds of cases that are not answered.
     """
-    known = kept(log)
     fresh = multiprocessing.get_context("spawn")
     missing = [case for case in cases if case.seed not in known]
     log.parent.mkdir(parents=True, exist_ok=True)

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,6 +35,10 @@ _PULL_ERROR, _LATE_S = 0.01, 0.002
 _SCATTER = {"gain": 5e-4, "stiffness": 1e-3}  # between runs, with noise B
 _WINDOW_S = {"clamped": 6.0, "decay": 6.0, "hop": 4.0, "drop": 4.0}
 _TRAP_CLUTTER, _TRAP_EFFECTS = 0.1, 8
+
+
+_TOLD = ("sizes", "share")
+_Amounts = tuple[dict[str, dict[str, float]], dict[str, Any]]
 
 
 class Robot(NamedTuple):
@@ -75,36 +79,44 @@ def sizing_of(case: Case, robot: Robot, runs: Sequence[Plan], shown: str) -> Siz
     return Sizing.of(generator_of(case), robot.values, robot.tolerances, courses)
 
 
-def make_case(case: Case) -> Made:
+def make_case(case: Case, label: Mapping[str, Any] | None = None) -> Made:
     """Make the runs and the label of a case.
 
     A robot that falls, or on which its causes cannot be what the case asks, is no case: another is
     drawn in its place, with other runs.
 
+    Args:
+        case: drawn.
+        label: of this case as it was made before: nothing is sized anew, and the runs are the same.
+
     Raises:
         UnreachableError: when this was the last robot to be drawn.
-        ValueError: when the robot cannot do what is asked.
+        ValueError: when the robot cannot do what is asked, or the label is another case's.
     """
+    if label is not None:
+        return _made(replace(case, attempt=label["attempt"]), label)
     for attempt in range(_ATTEMPTS - 1):
         with suppress(UnreachableError):
             return _made(replace(case, attempt=attempt))
     return _made(replace(case, attempt=_ATTEMPTS - 1))
 
 
-def _made(case: Case) -> Made:
+def _made(case: Case, before: Mapping[str, Any] | None = None) -> Made:
     robot, rng = robot_of(case), case.rng(2)
-    runs = plans(case.protocols, rng, case.reduced)
-    effects, told = _amounts(case, robot, runs, rng)
-    clutter = _clutter(case, effects, rng)
-    filmed = _runs(case, robot, runs, effects, clutter, rng)
-    label = {
+    drawn = {
         "seed": case.seed, "attempt": case.attempt,
         "block": case.block, "generator": case.generator, "protocols": case.protocols,
         "noise": case.noise, "kind": case.kind, "reduced": case.reduced,
-        "drawn_sizes": list(case.sizes),
-        "effects": effects, "clutter": clutter, "values": dict(robot.values),
-        **told, "expected": expected(case),
+        "drawn_sizes": list(case.sizes), "values": dict(robot.values),
     }  # fmt: skip
+    if before is not None and any(before[key] != value for key, value in drawn.items()):
+        raise ValueError(f"{case.name}: the label is another case's")
+    runs = plans(case.protocols, rng, case.reduced)
+    sized = _amounts(case, robot, runs, rng) if before is None else _amounts_of(before, case, rng)
+    effects, told = sized
+    clutter = _clutter(case, effects, rng)
+    filmed = _runs(case, robot, runs, effects, clutter, rng)
+    label = drawn | {"effects": effects, "clutter": clutter, **told, "expected": expected(case)}
     return Made(case, tuple(filmed), label)
 
 
@@ -142,9 +154,15 @@ def _cut(course: Course) -> Course:
     return course._replace(duration=min(course.duration, _WINDOW_S[course.mode]))
 
 
-def _amounts(
-    case: Case, robot: Robot, runs: Sequence[Plan], rng: np.random.Generator
-) -> tuple[dict[str, dict[str, float]], dict[str, object]]:
+def _amounts_of(label: Mapping[str, Any], case: Case, rng: np.random.Generator) -> _Amounts:
+    """Return what `_amounts` found when the case was made before; it draws as much."""
+    if "sizes" in label:
+        for name, _ in zip(case.causes, case.sizes, strict=False):
+            direction(name, rng, first=case.block == "tie")
+    return label["effects"], {key: label[key] for key in _TOLD if key in label}
+
+
+def _amounts(case: Case, robot: Robot, runs: Sequence[Plan], rng: np.random.Generator) -> _Amounts:
     """Return the effects of a case, and the sizes that they have."""
     if case.kind == "half_percent_speed":
         return {"speed_scale": {"share": -0.005}}, {}
@@ -170,7 +188,7 @@ def _amounts(
         effects[name], reached[name] = sizings[shown].scale(
             name, partial(scaled, name, unit), target, known[name].most
         )
-    told: dict[str, object] = {"sizes": reached}
+    told: dict[str, Any] = {"sizes": reached}
     if case.block == "tie":
         told["share"] = _share(case, effects, sizings[known[case.causes[0]].shown])
     return effects, told

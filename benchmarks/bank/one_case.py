@@ -39,20 +39,24 @@ _BLOCKS = (tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT)
 _SILENT = (tokenize.COMMENT, tokenize.NL)
 
 
-def run_case(case: Case, work: Path, turned: str | None = None) -> Line:
+def run_case(
+    case: Case, work: Path, turned: str | None = None, labels: Mapping[int, Line] | None = None
+) -> Line:
     """Make a case, have it answered, and return one line of the log.
 
     Args:
         case: drawn.
         work: folder of the draw.
         turned: effect that the answering twin has with the wrong sign.
+        labels: seed -> label of a case that was made before.
     """
     line: Line = {"seed": case.seed}
     try:
         folder = work / "cases" / case.name
         label = work / "sealed" / f"{case.name}.json"
         if not label.exists():
-            write_case(make_case(case), work / "cases", work / "sealed")
+            made = make_case(case, (labels or {}).get(case.seed))
+            write_case(made, work / "cases", work / "sealed")
         for left in (folder / "runs", folder / "answer"):  # of an answer that was stopped
             shutil.rmtree(left, ignore_errors=True)
         said = _answered(folder, *(["--flip", turned] if turned else []))

@@ -137,7 +137,7 @@ def main() -> None:
     asked = parser.parse_args()
     cases = [draw_case(1000 * asked.seed + _FIRST + k, "tie", k) for k in range(asked.cases)]
     log = asked.kept / f"ties-{asked.seed}.jsonl"
-    for line in keep_all(cases, log, resolve, asked.processes):
+    for line in keep_all(cases, log, resolve, asked.processes, kept(log)):
         print(f"case {line['seed']}: {line.get('failed') or line['rounds']}", flush=True)
 
 

@@ -239,16 +239,36 @@ def test_the_twin_and_the_rod_make_the_same_runs(rod: Rod, shape: ShapeFile) -> 
         TwinGenerator(shape).motions([Job(rod.values, {"magnet": {"force": 1.0}}, course)])
 
 
-def test_a_null_is_made_twice_alike(monkeypatch: pytest.MonkeyPatch) -> None:
-    two_runs = [
-        Plan("a", "train", Course("clamped", 2.0, ramp(9.0))),
-        Plan("b", "held_out", Course("decay", 2.0, pull=0.3)),
-    ]
-    monkeypatch.setattr("benchmarks.bank.make.plans", lambda *_: two_runs)
-    one, two = make_case(NULL), make_case(NULL)
-    assert sealed_label(one) == sealed_label(two)
+TWO_RUNS = (
+    Plan("a", "train", Course("clamped", 2.0, ramp(9.0))),
+    Plan("b", "held_out", Course("decay", 2.0, pull=0.3)),
+)
+
+
+def require_same_runs(one: Made, two: Made) -> None:
     for a, b in zip(measured(one), measured(two), strict=True):
         assert np.array_equal(a.motion.values, b.motion.values, equal_nan=True)
+
+
+def test_a_case_is_made_again_of_its_label_and_nothing_sized(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("benchmarks.bank.make.plans", lambda *_: TWO_RUNS)
+    case = replace(NULL, block="single", noise="B", causes=("ground_slope",), sizes=(1.0,))
+    one = make_case(case)
+    monkeypatch.setattr("benchmarks.bank.make.sizing_of", None)
+    two = make_case(case, json.loads(json.dumps(one.label)))
+    assert sealed_label(one) == sealed_label(two)
+    require_same_runs(one, two)
+    with pytest.raises(ValueError, match="case-000006: the label is another case's"):
+        make_case(replace(case, seed=6), one.label)
+
+
+def test_a_null_is_made_twice_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("benchmarks.bank.make.plans", lambda *_: TWO_RUNS)
+    one, two = make_case(NULL), make_case(NULL)
+    assert sealed_label(one) == sealed_label(two)
+    require_same_runs(one, two)
     assert Counter(run.role for run in measured(one)) == {"train": 1, "held_out": 1}
     assert one.label["expected"] == {"answers": ["CLEAN"], "listed": [], "named": []}
 
