@@ -121,5 +121,6 @@ def _answered(*words: str | Path) -> Line:
     except subprocess.TimeoutExpired:  # whose words are a command, with places of this machine
         return {"answer": {"answer": LATE, "causes": [], "seconds": _MOST_S}, "plain": {}}
     if done.returncode:
-        raise RuntimeError(done.stderr.strip()[-_WORDS:])
+        last = done.stderr.strip().rpartition("\n")[2]  # those before name places of this machine
+        raise RuntimeError(last[-_WORDS:])
     return json.loads(done.stdout)

@@ -68,11 +68,10 @@ class Told:
 
 def page(told: Told) -> str:
     """Return the page in Markdown."""
-    seeds = ", ".join(map(str, told.seeds))
     parts = [
         "# The bank of hidden-effect cases",
         "",
-        f"Written by `make bank SEED=n`, seeds {seeds}: {told.drawn} cases drawn, "
+        f"Written by `make bank SEED=n`, seeds {_spans(told.seeds)}: {told.drawn} cases drawn, "
         f"{len(told.judged)} judged{_by(told.engines)}{_reduced(told.judged)}. "
         "What a case is and how it is scored: [the bank's own page](../decisions/0010-bank.md). "
         "Intervals are Wilson's at 90 %. Seconds are by the clock, with as many cases answered at "
@@ -121,11 +120,17 @@ def _cases(count: int) -> str:
 
 
 def _by(engines: Mapping[str, int]) -> str:
-    """Return by which states of the engine, in words, where they are more than one."""
-    if len(engines) < 2:
-        return ""
-    counts = ", ".join(f"{count} by {name}" for name, count in engines.items())
-    return f" by {len(engines)} states of the engine ({counts})"
+    """Return by how many states of the engine, in words, where they are more than one."""
+    return f" by {len(engines)} states of the engine" if len(engines) > 1 else ""
+
+
+def _spans(numbers: Sequence[int]) -> str:
+    """Return whole numbers in words, those that follow one another by the first and the last."""
+    ordered = sorted(numbers)
+    begins = [n for n in ordered if n - 1 not in numbers]
+    ends = [n for n in ordered if n + 1 not in numbers]
+    pairs = zip(begins, ends, strict=True)
+    return ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in pairs)
 
 
 def _reduced(judged: Sequence[Judged]) -> str:

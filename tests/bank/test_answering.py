@@ -74,7 +74,7 @@ def test_the_page_tells_of_all_draws_that_were_run(tmp_path: Path) -> None:
     assert told.judged[0].screening == 2.0
     assert told.engines == {"state 1": 1, "state 2": 1}
     assert [(one.effect, len(one.after)) for one in told.turned] == [("tether", 1)]
-    assert "2 judged by 2 states of the engine (1 by state 1, 1 by state 2)." in page(told)
+    assert "seeds 1 to 2: 4 cases drawn, 2 judged by 2 states of the engine." in page(told)
 
 
 @pytest.mark.parametrize(
