@@ -189,7 +189,7 @@ def test_the_page_shows_scores_confusion_and_failures() -> None:
     )
     turned = [Turned("root_play", [right], [wrong])]
     text = page(Told(judged, plain, turned, [], 3, ["case 9: no rest"], [4, 5], {"ab": 2}))
-    assert "seeds 4, 5: 3 cases drawn, 2 judged. What" in text
+    assert "seeds 4 to 5: 3 cases drawn, 2 judged. What" in text
     assert "| root_play | tether 1 |" in text
     assert "at least 0.8, missed" in text
     assert "- case 9: no rest" in text

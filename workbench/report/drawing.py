@@ -61,7 +61,6 @@ def drawn(draw: Callable[[Figure], None], height_in: float) -> Figure:
         draw(figure)
         figure.align_ylabels()
         figure.draw_without_rendering()  # labels are aligned after they got their room
-        figure.set_layout_engine("none")  # once is enough: it takes as long as the picture
     return figure
 
 
