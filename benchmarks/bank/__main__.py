@@ -37,14 +37,14 @@ from benchmarks.bank.kept import keep_all, kept
 from benchmarks.bank.one_case import Line, alike, engine, run_case
 from benchmarks.bank.resolving import ties_of
 from benchmarks.bank.score import Judged, judge
-from benchmarks.bank.tables import Told, Turned, page
+from benchmarks.bank.tables import Reported, Turned, page
 
-__all__ = ["told_of"]
+__all__ = ["reported_of"]
 
 _FLIP = "-flip-"
 
 
-def told_of(folder: Path) -> Told:
+def reported_of(folder: Path) -> Reported:
     """Return what all draws that are kept in a folder came to."""
     draws = {
         int(one.stem.removeprefix("seed-")): one
@@ -68,18 +68,15 @@ def told_of(folder: Path) -> Told:
         if "failed" in line
     ]
     engines = Counter(str(one.get("engine")) for one in answered.values())
-    now = _now()
+    state = engine()
+    before = alike(state)
+    now = before | {state}
     newest = frozenset(seed for seed, one in answered.items() if one.get("engine") in now)
     signs = list(_signs(folder, judged))
-    return Told(
+    return Reported(
         tuple(judged.values()), plain, signs, ties_of(folder), len(lines), failed, tuple(draws),
-        engines, newest, alike(engine()),
+        engines, newest, before,
     )  # fmt: skip
-
-
-def _now() -> frozenset[str]:
-    """Return the state of the engine, and those that answer as it does."""
-    return alike(engine()) | {engine()}
 
 
 def _signs(folder: Path, judged: dict[int, Judged]) -> Iterator[Turned]:
@@ -126,8 +123,9 @@ def main() -> None:
     log = asked.kept / f"{name}.jsonl"
     done, labels = kept(log), dict[int, Line]()
     if asked.again:
-        earlier = [line for line in done.values() if "label" in line]
-        labels = {line["seed"]: line["label"] for line in earlier if line["engine"] not in _now()}
+        answered, state = [line for line in done.values() if "label" in line], engine()
+        now = alike(state) | {state}
+        labels = {one["seed"]: one["label"] for one in answered if one["engine"] not in now}
         cases, done = [case for case in cases if case.seed in labels], {}
     task = partial(run_case, work=asked.work / name, turned=asked.flip, labels=labels)
     # in no order, so that a draw that is stopped holds a fair part of each block
@@ -135,9 +133,9 @@ def main() -> None:
     for line in keep_all([cases[k] for k in order], log, task, asked.processes, done):
         said = line.get("failed") or line["answer"].get("answer")
         print(f"case {line['seed']}: {said}", flush=True)
-    told = told_of(asked.kept)
-    asked.page.write_text(page(told), encoding="utf-8")
-    print(f"{len(told.judged)} of {told.drawn} cases judged; the page is {asked.page}")
+    reported = reported_of(asked.kept)
+    asked.page.write_text(page(reported), encoding="utf-8")
+    print(f"{len(reported.judged)} of {reported.drawn} cases judged; the page is {asked.page}")
 
 
 if __name__ == "__main__":

@@ -28,7 +28,7 @@ def keep_all(
         log: file of lines.
         answered: makes the line of a case, in a process of its own.
         processes: that work at once.
-        known: seeds of cases that are not answered.
+        known: seeds of cases that need no answer.
     """
     fresh = multiprocessing.get_context("spawn")
     missing = [case for case in cases if case.seed not in known]

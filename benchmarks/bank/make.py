@@ -35,9 +35,8 @@ _PULL_ERROR, _LATE_S = 0.01, 0.002
 _SCATTER = {"gain": 5e-4, "stiffness": 1e-3}  # between runs, with noise B
 _WINDOW_S = {"clamped": 6.0, "decay": 6.0, "hop": 4.0, "drop": 4.0}
 _TRAP_CLUTTER, _TRAP_EFFECTS = 0.1, 8
+_SIZES = ("sizes", "share")  # what a label says of how large its effects are
 
-
-_TOLD = ("sizes", "share")
 _Amounts = tuple[dict[str, dict[str, float]], dict[str, Any]]
 
 
@@ -112,11 +111,13 @@ def _made(case: Case, before: Mapping[str, Any] | None = None) -> Made:
     if before is not None and any(before[key] != value for key, value in drawn.items()):
         raise ValueError(f"{case.name}: the label is another case's")
     runs = plans(case.protocols, rng, case.reduced)
-    sized = _amounts(case, robot, runs, rng) if before is None else _amounts_of(before, case, rng)
-    effects, told = sized
+    if before is None:
+        effects, sizes = _amounts(case, robot, runs, rng)
+    else:
+        effects, sizes = _amounts_of(before, case, rng)
     clutter = _clutter(case, effects, rng)
     filmed = _runs(case, robot, runs, effects, clutter, rng)
-    label = drawn | {"effects": effects, "clutter": clutter, **told, "expected": expected(case)}
+    label = drawn | {"effects": effects, "clutter": clutter, **sizes, "expected": expected(case)}
     return Made(case, tuple(filmed), label)
 
 
@@ -159,7 +160,7 @@ def _amounts_of(label: Mapping[str, Any], case: Case, rng: np.random.Generator) 
     if "sizes" in label:
         for name, _ in zip(case.causes, case.sizes, strict=False):
             direction(name, rng, first=case.block == "tie")
-    return label["effects"], {key: label[key] for key in _TOLD if key in label}
+    return label["effects"], {key: label[key] for key in _SIZES if key in label}
 
 
 def _amounts(case: Case, robot: Robot, runs: Sequence[Plan], rng: np.random.Generator) -> _Amounts:
@@ -188,10 +189,10 @@ def _amounts(case: Case, robot: Robot, runs: Sequence[Plan], rng: np.random.Gene
         effects[name], reached[name] = sizings[shown].scale(
             name, partial(scaled, name, unit), target, known[name].most
         )
-    told: dict[str, Any] = {"sizes": reached}
+    sizes: dict[str, Any] = {"sizes": reached}
     if case.block == "tie":
-        told["share"] = _share(case, effects, sizings[known[case.causes[0]].shown])
-    return effects, told
+        sizes["share"] = _share(case, effects, sizings[known[case.causes[0]].shown])
+    return effects, sizes
 
 
 def _share(case: Case, effects: Quantities, sizing: Sizing) -> float:

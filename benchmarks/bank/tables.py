@@ -10,7 +10,7 @@ from benchmarks.bank.one_case import Line
 from benchmarks.bank.resolving import ROUNDS, rounds_of, wrongly
 from benchmarks.bank.score import BARS, Judged, Score, confusion, counted, covered, scores
 
-__all__ = ["Told", "Turned", "page"]
+__all__ = ["Reported", "Turned", "page"]
 
 _WITHIN = 2
 _RESOLVED = {"twin": 0.80, "rod": 0.70}
@@ -38,7 +38,7 @@ class Turned:
 
 
 @dataclass(frozen=True)
-class Told:
+class Reported:
     """All that the page is made of.
 
     Args:
@@ -66,34 +66,35 @@ class Told:
     alike: frozenset[str] = frozenset()
 
 
-def page(told: Told) -> str:
+def page(reported: Reported) -> str:
     """Return the page in Markdown."""
     parts = [
         "# The bank of hidden-effect cases",
         "",
-        f"Written by `make bank SEED=n`, seeds {_spans(told.seeds)}: {told.drawn} cases drawn, "
-        f"{len(told.judged)} judged{_by(told.engines)}{_reduced(told.judged)}. "
+        f"Written by `make bank SEED=n`, seeds {_spans(reported.seeds)}: "
+        f"{reported.drawn} cases drawn, {len(reported.judged)} judged"
+        f"{_by(reported.engines)}{_reduced(reported.judged)}. "
         "What a case is and how it is scored: [the bank's own page](../decisions/0010-bank.md). "
         "Intervals are Wilson's at 90 %. Seconds are by the clock, with as many cases answered at "
         "once as there are cores. What limits it: "
         "[where the diagnosis ends](../explanation/diagnosis.md#where-it-ends).",
         "",
     ]
-    newest = [one for one in told.judged if one.label.get("seed") in told.newest]
-    if newest and len(newest) < len(told.judged):
-        parts += [f"## The engine as it is: {_cases(len(newest))}", "", *_also(told.alike),
+    newest = [one for one in reported.judged if one.label.get("seed") in reported.newest]
+    if newest and len(newest) < len(reported.judged):
+        parts += [f"## The engine as it is: {_cases(len(newest))}", "", *_also(reported.alike),
                   *_scored(newest), "",
-                  f"## By all its states: {len(told.judged)} cases", ""]  # fmt: skip
-    parts += _scored(told.judged)
-    parts += _beside_plain(told)
-    parts += _signs(told.turned)
-    parts += _ties(told.ties)
+                  f"## By all its states: {len(reported.judged)} cases", ""]  # fmt: skip
+    parts += _scored(reported.judged)
+    parts += _beside_plain(reported)
+    parts += _signs(reported.turned)
+    parts += _ties(reported.ties)
     parts += ["", "## What was said of what", "", "| truth | answers |", "|---|---|"]
-    for truth, said in sorted(confusion(told.judged).items()):
+    for truth, said in sorted(confusion(reported.judged).items()):
         words = ", ".join(f"{answer} {count}" for answer, count in said.most_common())
         parts.append(f"| {truth} | {words} |")
-    if told.failed:
-        parts += ["", "## Cases without an answer", "", *(f"- {line}" for line in told.failed)]
+    if reported.failed:
+        parts += ["", "## Cases without an answer", "", *(f"- {line}" for line in reported.failed)]
     return "\n".join(parts) + "\n"
 
 
@@ -125,12 +126,13 @@ def _by(engines: Mapping[str, int]) -> str:
 
 
 def _spans(numbers: Sequence[int]) -> str:
-    """Return whole numbers in words, those that follow one another by the first and the last."""
+    """Return whole numbers in words, three or more in a row by the first and the last."""
     ordered = sorted(numbers)
     begins = [n for n in ordered if n - 1 not in numbers]
     ends = [n for n in ordered if n + 1 not in numbers]
-    pairs = zip(begins, ends, strict=True)
-    return ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in pairs)
+    rows = zip(begins, ends, strict=True)
+    words = [f"{a}" if a == b else f"{a}{' to ' if b > a + 1 else ', '}{b}" for a, b in rows]
+    return ", ".join(words)
 
 
 def _reduced(judged: Sequence[Judged]) -> str:
@@ -146,7 +148,7 @@ def _reduced(judged: Sequence[Judged]) -> str:
     )
 
 
-def _beside_plain(told: Told) -> list[str]:
+def _beside_plain(reported: Reported) -> list[str]:
     """Return the same scores of the dumb engines."""
     parts = [
         "",
@@ -156,10 +158,10 @@ def _beside_plain(told: Told) -> list[str]:
         "Bayesian information criterion falls, `sindy` names the largest term in the acceleration "
         "that the base leaves. All begin at the base fit of the real one.",
         "",
-        f"| score | cases of | diagnose | {' | '.join(told.plain)} |",
-        f"|---|---|---|{'---|' * len(told.plain)}",
+        f"| score | cases of | diagnose | {' | '.join(reported.plain)} |",
+        f"|---|---|---|{'---|' * len(reported.plain)}",
     ]
-    every = [told.judged, *told.plain.values()]
+    every = [reported.judged, *reported.plain.values()]
     by = {source: [_named(scores(_of(judged, source))) for judged in every] for source in _SOURCES}
     for name in _COMPARED:
         for source, words in _SOURCES.items():
@@ -176,8 +178,8 @@ def _signs(turned: Sequence[Turned]) -> list[str]:
         "",
         "## An effect with its sign turned",
         "",
-        "The same cases, answered by a twin that has the effect the wrong way round: what is told "
-        "of its size must be wrong, or the bank could not tell.",
+        "The same cases, answered by a twin that has the effect the wrong way round: what is "
+        "reported of its size must be wrong, or the bank could not tell.",
         "",
         "| effect | cases | right | right, turned | size within its interval | the same, turned |",
         "|---|---|---|---|---|---|",
@@ -252,8 +254,8 @@ def _cell(score: Score) -> str:
 
 
 def _verdict(score: Score, bar: float, least: bool, most: float = math.inf) -> str:
-    told = f"{'at least' if least else 'at most'} {bar:.3g}"
+    asked = f"{'at least' if least else 'at most'} {bar:.3g}"
     if most < math.inf:
-        told = f"{bar:.3g} to {most:.3g}"
+        asked = f"{bar:.3g} to {most:.3g}"
     met = bar <= score.value <= most if least else score.value <= bar
-    return f"{told}, {'met' if met else 'missed'}" if score.count else told
+    return f"{asked}, {'met' if met else 'missed'}" if score.count else asked

@@ -10,8 +10,9 @@ from typing import Any
 
 import pytest
 
+from benchmarks.bank import __main__ as bank
 from benchmarks.bank import one_case
-from benchmarks.bank.__main__ import told_of
+from benchmarks.bank.__main__ import reported_of
 from benchmarks.bank.answering import behind, flip
 from benchmarks.bank.baselines import bic, single
 from benchmarks.bank.cases import draw_cases
@@ -67,14 +68,14 @@ def test_the_page_tells_of_all_draws_that_were_run(tmp_path: Path) -> None:
         (tmp_path / f"seed-{seed}.jsonl").write_text(text + "\n", encoding="utf-8")
     turned = json.dumps({"seed": 1000} | line)
     (tmp_path / "seed-1-flip-tether.jsonl").write_text(turned + "\n", encoding="utf-8")
-    told = told_of(tmp_path)
-    assert (told.drawn, len(told.judged), told.seeds) == (4, 2, (1, 2))
-    assert told.failed == ["case 1001: no rest", "case 2001: no rest"]
-    assert len(told.plain["bic"]) == 2
-    assert told.judged[0].screening == 2.0
-    assert told.engines == {"state 1": 1, "state 2": 1}
-    assert [(one.effect, len(one.after)) for one in told.turned] == [("tether", 1)]
-    assert "seeds 1 to 2: 4 cases drawn, 2 judged by 2 states of the engine." in page(told)
+    reported = reported_of(tmp_path)
+    assert (reported.drawn, len(reported.judged), reported.seeds) == (4, 2, (1, 2))
+    assert reported.failed == ["case 1001: no rest", "case 2001: no rest"]
+    assert len(reported.plain["bic"]) == 2
+    assert reported.judged[0].screening == 2.0
+    assert reported.engines == {"state 1": 1, "state 2": 1}
+    assert [(one.effect, len(one.after)) for one in reported.turned] == [("tether", 1)]
+    assert "seeds 1, 2: 4 cases drawn, 2 judged by 2 states of the engine." in page(reported)
 
 
 @pytest.mark.parametrize(
@@ -116,12 +117,42 @@ def test_the_page_judges_the_engine_as_it_is_on_its_own(
             )
         )
     (tmp_path / "seed-1.jsonl").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    text = page(told_of(tmp_path))
+    text = page(reported_of(tmp_path))
     now, _, all_states = text.partition("## By all its states: 3 cases")
     assert f"## The engine as it is: {'2 cases' if alike else '1 case'}\n" in now
     assert ("With those by earlier, which answers alike." in now) == alike
     assert f"| slowest case [s] | 300 of {1 + alike} |" in now
     assert "| slowest case [s] | 300 of 3 |" in all_states
+
+
+@pytest.mark.parametrize("again", [False, True])
+def test_what_an_earlier_engine_answered_is_asked_again_by_its_label(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, again: bool
+) -> None:
+    monkeypatch.setattr(one_case, "_ALIKE", {engine(): frozenset({"alike"})})
+    label = {"block": "null", "generator": "twin", "effects": {}, "kind": "",
+             "expected": {"answers": ["CLEAN"], "listed": [], "named": []}}  # fmt: skip
+    said = {"answer": {"answer": "CLEAN", "causes": [], "seconds": 1.0}, "plain": {}}
+    states = enumerate(["earlier", "alike", engine()], start=1000)
+    lines = [
+        {"seed": n, "engine": state, "label": {"seed": n} | label} | said for n, state in states
+    ]
+    lines.append({"seed": 1003, "failed": "no rest"})
+    log = tmp_path / "seed-1.jsonl"
+    log.write_text("\n".join(map(json.dumps, lines)) + "\n", encoding="utf-8")
+    asked = list[tuple[list[int], list[int]]]()
+
+    def keep(cases: Any, file: Path, task: Any, processes: int, known: Any) -> list[Any]:
+        assert file == log
+        open_cases = sorted(case.seed for case in cases if case.seed not in known)
+        asked.append((open_cases, sorted(task.keywords["labels"])))
+        return []
+
+    monkeypatch.setattr(bank, "keep_all", keep)
+    words = ["bank", "--seed=1", "--cases=5", f"--kept={tmp_path}", f"--page={tmp_path / 'page'}"]
+    monkeypatch.setattr("sys.argv", [*words, *(["--again"] if again else [])])
+    bank.main()
+    assert asked == [([1000], [1000]) if again else ([1004], [])]
 
 
 def test_a_line_keeps_what_is_scored_and_no_place(

@@ -13,7 +13,7 @@ from benchmarks.bank import resolving
 from benchmarks.bank.cases import Case, Made, draw_case, plan_of
 from benchmarks.bank.make import further_runs, make_case
 from benchmarks.bank.resolving import resolve, rounds_of, wrongly
-from benchmarks.bank.tables import Told, page
+from benchmarks.bank.tables import Reported, page
 from workbench.errors import DataFault
 from workbench.investigate import ProposedRun, minutes_of
 
@@ -113,7 +113,7 @@ def test_the_page_holds_ties_against_their_bars() -> None:
         return {"label": {"generator": generator, "effects": {TRUE: {}}}, "rounds": rounds}
 
     ties = [line("twin", 1, 2), line("twin", 1, 3), line("rod", 3, 3)]
-    text = page(Told([], {}, [], ties, 0, [], [], {}))
+    text = page(Reported([], {}, [], ties, 0, [], [], {}))
     assert "| the twin | 2 of 2: 100% " in text
     assert "| 1.00 | 2.50 | 2.50 | at least 1.5, met |" in text
     assert "| 3.00 | 3.00 | 1.00 | at least 1.5, missed |" in text

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.bank.cases import Block, Case
 from benchmarks.bank.expected import expected
 from benchmarks.bank.score import BARS, Judged, confusion, judge, scores, wilson
-from benchmarks.bank.tables import Told, Turned, page
+from benchmarks.bank.tables import Reported, Turned, page
 
 TRUE = {"root_play": {"gap": 0.001}}
 
@@ -23,8 +23,8 @@ def label(block: Block, effects: dict[str, Any], size: float = 1.0, kind: str = 
 
 
 def answer(verdict: str, *causes: str, confidence: float = 0.95, **more: Any) -> dict:
-    told = {"gap": {"value": 0.0011, "interval90": [0.0009, 0.0013], "unit": "rad"}}
-    listed = [{"effect": c, "confidence": confidence, "parameters": told} for c in causes]
+    reported = {"gap": {"value": 0.0011, "interval90": [0.0009, 0.0013], "unit": "rad"}}
+    listed = [{"effect": c, "confidence": confidence, "parameters": reported} for c in causes]
     return {"answer": verdict, "causes": listed, "seconds": 60.0} | more
 
 
@@ -146,15 +146,15 @@ def test_a_sensor_s_fault_may_be_told_or_named() -> None:
 
 def test_numbers_come_with_their_errors_and_intervals() -> None:
     truth = label("single", TRUE, size=3.0)
-    told = judge(
+    reported = judge(
         answer("NAMED", "root_play", rmse_mm={"base": 2.0, "extended": 2.1}, removable_removed=0.9),
         truth,
     )
-    assert score("parameter error, size 3", told) == pytest.approx(0.1)
-    assert score("90 % interval coverage", told) == 1.0
-    assert score("removable error removed, size 3", told) == 0.9
-    assert score("harm", told) == 1.0
-    assert score("slowest case [s]", told) == 60.0
+    assert score("parameter error, size 3", reported) == pytest.approx(0.1)
+    assert score("90 % interval coverage", reported) == 1.0
+    assert score("removable error removed, size 3", reported) == 0.9
+    assert score("harm", reported) == 1.0
+    assert score("slowest case [s]", reported) == 60.0
 
 
 def test_confidence_is_held_against_what_was_right() -> None:
@@ -188,8 +188,8 @@ def test_the_page_shows_scores_confusion_and_failures() -> None:
         judge(opposite, label("single", TRUE)),
     )
     turned = [Turned("root_play", [right], [wrong])]
-    text = page(Told(judged, plain, turned, [], 3, ["case 9: no rest"], [4, 5], {"ab": 2}))
-    assert "seeds 4 to 5: 3 cases drawn, 2 judged. What" in text
+    text = page(Reported(judged, plain, turned, [], 3, ["case 9: no rest"], [4, 5], {"ab": 2}))
+    assert "seeds 4, 5: 3 cases drawn, 2 judged. What" in text
     assert "| root_play | tether 1 |" in text
     assert "at least 0.8, missed" in text
     assert "- case 9: no rest" in text
@@ -198,9 +198,14 @@ def test_the_page_shows_scores_confusion_and_failures() -> None:
     assert "| root_play | 1 | 1 of 1 | 1 of 1 | 1 of 1 | 0 of 1 |" in text
 
 
+def test_the_page_lists_seeds_in_a_row_by_the_first_and_the_last() -> None:
+    text = page(Reported([], {}, [], [], 0, [], [9, 3, 4, 5, 7, 10], {}))
+    assert "seeds 3 to 5, 7, 9, 10: 0 cases drawn" in text
+
+
 def test_intervals_that_always_hold_the_truth_are_too_wide() -> None:
     right = judge(answer("NAMED", "root_play"), label("single", TRUE))
-    text = page(Told([right], {}, [], [], 1, [], [4], {"ab": 1}))
+    text = page(Reported([right], {}, [], [], 1, [], [4], {"ab": 1}))
     row = next(line for line in text.splitlines() if line.startswith("| 90 % interval coverage"))
     assert row.endswith(
         "| no case | 0.85 to 0.95 | 1 of 1: 100% (27% to 100%) | 0.8 to 0.96, missed |"
