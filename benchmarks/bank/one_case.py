@@ -33,8 +33,7 @@ _SCORED_OF_A_CAUSE = ("effect", "confidence", "weight", "parameters")
 _ENGINE = ("data_quality", "diagnose", "fit", "sim", "tracking")
 _OF_RIGS = ("mjcf",)  # begins of the names of sources that no case of the bank uses
 _DIGITS = 8
-# the second asked of each run what only rigs can have, and gave the same bits
-_ALIKE = {"b0b716dc": frozenset({"eb306561"})}
+_ALIKE: dict[str, frozenset[str]] = {}  # state of the engine -> those before it that do the same
 _BLOCKS = (tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT)
 _SILENT = (tokenize.COMMENT, tokenize.NL)
 

@@ -174,13 +174,16 @@ def test_noise_that_repeats_itself_counts_less() -> None:
 
 def test_a_cause_that_one_run_alone_supports_is_not_named() -> None:
     one = scored("a", gain=800)
+    little = tuple(run / 100 for run in one.held)
     base = replace(BASE, by_run={"first": 0.0, "second": 0.0})
     lonely = Scored(
-        one.names, 0.0, one.blocks, one.held, lambda: 0.1, {"first": -798.0, "second": -2.0}
+        one.names, 0.0, one.blocks, little, lambda: 0.1, {"first": -798.0, "second": -2.0}
     )
     found = decide(base, [lonely], SAMPLES, RULES)
     assert found.kind == "SET"
     assert found.reason == "a may be there, but first alone supports it; repeat that run"
+    confirmed = replace(lonely, held=one.held)  # a run held out that supports it is another
+    assert decide(base, [confirmed], SAMPLES, RULES).kind == "NAMED"
     shared = Scored(
         one.names, 0.0, one.blocks, one.held, lambda: 0.1, {"first": -700.0, "second": -100.0}
     )

@@ -332,9 +332,9 @@ def _share(alike: Sequence[Scored], before: Scored) -> bool:
 
 
 def _influential_run(one: Scored, base: Scored, rules: Rules) -> str | None:
-    """Return the run without which all others together do not speak for a hypothesis."""
+    """Return the run without which all others, held out as well, do not speak for a hypothesis."""
     gains = {run: base.by_run[run] - cost for run, cost in one.by_run.items()}
-    whole = sum(gains.values()) + base.prior - one.prior
+    whole = sum(gains.values()) + base.prior - one.prior + versus(one, base).held
     carried = [run for run, gain in gains.items() if whole - gain < rules.suspected]
     return carried[0] if carried and len(gains) > 1 else None
 

@@ -383,9 +383,12 @@ class Fits:
         return self._judged[one]
 
     def unseen(self, one: Hypothesis) -> Estimator:
-        """Return the estimator of the runs held out, their inputs made by the hypothesis."""
+        """Return the estimator of the runs held out, their inputs made by the hypothesis.
+
+        They may ask for more process noise than the fitted runs did, where that is likelier.
+        """
         system = self.rig.system(self.held, one.estimator.vector.shared)
-        vector, whole = self._vector(system), self._whole(one)
-        noise = {group: max(q, whole[group]) for group, q in one.estimator.noise.items()}
-        estimator = Estimator.of(system, vector, noise, self.threads)
-        return refined(estimator, vector.named(one.values))
+        vector = self._vector(system)
+        estimator = Estimator.of(system, vector, one.estimator.noise, self.threads)
+        start = vector.named(one.values)
+        return likeliest(refined(estimator, start), start, down=0)
