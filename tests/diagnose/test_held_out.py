@@ -36,6 +36,20 @@ def test_what_is_unseen_costs_what_it_adds_to_a_fit_of_all() -> None:
     assert float(held.sum()) == pytest.approx(added, abs=1.5)
 
 
+def test_a_run_held_out_has_the_process_noise_that_it_asks_for() -> None:
+    """One of a robot whose root has play asks for more than those of one without."""
+    robot, other = truth(6, {}, off=0.0), truth(6, {"root_play": {"gap": 0.002}}, off=0.0)
+    runs, (apart,) = runs_of(robot, 5, ASKED), runs_of(other, 6, (LAST._replace(value=0.8),))
+    fits = Fits(HopperRig([*runs, apart], DOCUMENT, SHAPE), threads=1)
+    base = fits.base()
+    given = fits.unseen(base)
+    assert given.noise == base.estimator.noise
+    (found,) = fits.judged(base)
+    (one,) = unseen(base, given.with_noise(given.noise | {"beam": 30 * given.noise["beam"]}))
+    print(float(found.sum()), float(one.sum()))
+    assert found.sum() == pytest.approx(one.sum(), abs=20)  # 360 costlier by what is given
+
+
 def test_what_runs_say_of_their_own_numbers_leaves_a_root_of_the_others() -> None:
     """Cameras ten times as good: the difference that is left is below what rounding takes."""
     own = np.array([True, False, False])

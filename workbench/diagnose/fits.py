@@ -383,12 +383,8 @@ class Fits:
         return self._judged[one]
 
     def unseen(self, one: Hypothesis) -> Estimator:
-        """Return the estimator of the runs held out, their inputs made by the hypothesis.
-
-        They may ask for more process noise than the fitted runs did, where that is likelier.
-        """
+        """Return the estimator of the runs held out, their inputs made by the hypothesis."""
         system = self.rig.system(self.held, one.estimator.vector.shared)
         vector = self._vector(system)
         estimator = Estimator.of(system, vector, one.estimator.noise, self.threads)
-        start = vector.named(one.values)
-        return likeliest(refined(estimator, start), start, down=0)
+        return refined(estimator, vector.named(one.values))

@@ -26,8 +26,10 @@ from workbench.fit import (
     ROUGH,
     Estimator,
     Known,
+    Minimum,
     ParameterVector,
     eliminated,
+    likeliest,
     minimum,
     reaches,
 )
@@ -43,26 +45,34 @@ _FLAT = 1e-4  # precision of what the fitted runs do not feel [1 / prior deviati
 def unseen(one: Hypothesis, estimator: Estimator) -> tuple[Array, ...]:
     """Return -2 ln p of each second, (b,) [1], of each run of an estimator.
 
-    What the numbers themselves cost is spread evenly over the seconds.
+    The runs may ask for more process noise, where they are likelier by that at the numbers which
+    they prefer. What the numbers themselves cost is spread evenly over the seconds.
 
     Args:
         one: a hypothesis as fitted.
         estimator: of runs that it has not seen, with its process noise.
     """
-    vector = estimator.vector
-    start, (root, steps) = vector.named(one.values), _posterior(one, vector)
-    rows, cheap = estimator.edges[-2], estimator.near(start)
-    found = minimum(
-        lambda x: np.concatenate([cheap.residuals(x)[:rows], root @ (x - start)]),
-        lambda x: np.concatenate([estimator.jacobian(x, None, steps)[:rows], root]),
-        start, vector.bounds, np.repeat([ROBUST, np.inf], [rows, len(root)]), _STEPS, ROUGH,
-    )  # fmt: skip
+    start, (root, steps) = estimator.vector.named(one.values), _posterior(one, estimator.vector)
+    found = _moved(estimator, start, start, root, steps)
+    if (noisier := likeliest(estimator, found.x, down=0)) is not estimator:
+        estimator, found = noisier, _moved(noisier, found.x, start, root, steps)
     moved = float(np.sum((root @ (found.x - start)) ** 2))
     spread = _log_det(found.jacobian.T @ found.jacobian) - _log_det(root.T @ root)
     runs = estimator.innovations(found.x, keep=True)
     blocks = [blocks_of(run, estimator.system.sample_s) for run in runs]
     each = (moved + spread) / sum(len(run) for run in blocks)
     return tuple(run + each for run in blocks)
+
+
+def _moved(estimator: Estimator, begin: Array, known: Array, root: Array, steps: Array) -> Minimum:
+    """Return the numbers that runs prefer, (p,), from some, by what is known of them."""
+    rows, cheap = estimator.edges[-2], estimator.near(begin)
+    return minimum(
+        lambda x: np.concatenate([cheap.residuals(x)[:rows], root @ (x - known)]),
+        lambda x: np.concatenate([estimator.jacobian(x, None, steps)[:rows], root]),
+        begin, estimator.vector.bounds, np.repeat([ROBUST, np.inf], [rows, len(root)]), _STEPS,
+        ROUGH,
+    )  # fmt: skip
 
 
 def _posterior(one: Hypothesis, vector: ParameterVector) -> tuple[Array, Array]:
