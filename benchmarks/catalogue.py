@@ -157,8 +157,8 @@ def print_table(root: Path, count: int) -> None:
     print(f"{'':38} {'wall [s]':>9} {'processor [s]':>14} {'bar [s]':>8}")
     for name, words, before, bar in rows:
         wall, processor = timed(root, words, before)
-        told = "" if bar is None else f"{bar:.1f} {'met' if wall < bar else 'MISSED'}"
-        print(f"{name:38} {wall:9.2f} {processor:14.2f} {told:>12}", flush=True)
+        said = "" if bar is None else f"{bar:.1f} {'met' if wall < bar else 'MISSED'}"
+        print(f"{name:38} {wall:9.2f} {processor:14.2f} {said:>12}", flush=True)
     floor = timed(root / "none", ["list"], nothing)
     print(f"{'floor: a list of no runs at all':38} {floor.wall:9.2f} {floor.processor:14.2f}")
 

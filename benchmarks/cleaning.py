@@ -212,10 +212,10 @@ def errors(
         apart = deviation(done.columns, truth)
         for (role, names), aside in zip(ROLES.items(), scene.glitches.values(), strict=True):
             valid = done.columns.validity(names[0])
-            told = done.raw_missing[role]
+            status = done.raw_missing[role]
             left[role].append(apart[role][valid])
-            missed = np.count_nonzero(aside & (told == SampleStatus.SEEN))
-            wronged = np.count_nonzero(~aside & (told == SampleStatus.GLITCH))
+            missed = np.count_nonzero(aside & (status == SampleStatus.SEEN))
+            wronged = np.count_nonzero(~aside & (status == SampleStatus.GLITCH))
             counts[role] += [missed, wronged, np.mean(valid) / len(seeds)]
     blurred = blur(bench, truth, recipe)
     return {
@@ -295,7 +295,7 @@ def print_speeds(bench: BenchFile, truths: Truths, seeds: Sequence[int]) -> None
 
 
 def print_time(bench: BenchFile, truth: TimeSeries, samples: int) -> None:
-    """Print what a long take costs; the motion is told again and again."""
+    """Print what a long take costs; the motion is repeated."""
     scene = filmed(bench, repeated(truth, samples), 1)
     given = layout(bench)
     points = raw_points(scene.take, *given)

@@ -55,7 +55,7 @@ def print_methods(truth: Truth, seconds: float, quick: bool) -> None:
     )
     print("  " + ", ".join(f"{name} {truth.values[name]:.5g}" for name in NAMES))
     head = "".join(f"{SHORT[name] + ' err %':>11}" for name in NAMES)
-    print(f"\n{'method':33}{head}{'covered':>9}{'seconds':>9}{'simulations':>13}  what it tells")
+    print(f"\n{'method':33}{head}{'covered':>9}{'seconds':>9}{'simulations':>13}  what it reports")
     runs = (QUICK_SPEEDS_RAD_S, QUICK_PULLS_N) if quick else (SPEEDS_RAD_S, PULLS_N)
     rows = []
     for row in _rows(taken(truth, seconds, *runs), seconds, quick):
@@ -80,19 +80,20 @@ def _rows(takes: Sequence[Take], seconds: float, quick: bool) -> Iterator[Row]:
 
 def _print_row(row: Row, truth: Truth) -> None:
     if not row.value:
-        print(f"{row.method:33}{row.tells}", flush=True)
+        print(f"{row.method:33}{row.reports}", flush=True)
         return
     errors = ""
     for name in NAMES:
-        told = name in row.value
-        error = 100 * (row.value[name] / truth.values[name] - 1) if told else 0.0
-        errors += f"{error:11.3f}" if told else f"{'not told':>11}"
+        given = name in row.value
+        error = 100 * (row.value[name] / truth.values[name] - 1) if given else 0.0
+        errors += f"{error:11.3f}" if given else f"{'not given':>11}"
     covered = "none"
     if row.interval90:
         inside = [low <= truth.values[name] <= high for name, (low, high) in row.interval90.items()]
         covered = f"{sum(inside)} of {len(inside)}"
     print(
-        f"{row.method:33}{errors}{covered:>9}{row.seconds:9.1f}{row.simulations:13d}  {row.tells}",
+        f"{row.method:33}{errors}{covered:>9}{row.seconds:9.1f}{row.simulations:13d}  "
+        f"{row.reports}",
         flush=True,
     )
 

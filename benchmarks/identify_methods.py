@@ -46,7 +46,7 @@ class Row:
         interval90: of the same, empty when it gives none.
         seconds: on the clock.
         simulations: of one run each.
-        tells: in one line, what its user learns beside the numbers.
+        reports: in one line, what its user learns beside the numbers.
         words: what it printed or warned of.
     """
 
@@ -55,7 +55,7 @@ class Row:
     interval90: Mapping[str, tuple[float, float]]
     seconds: float
     simulations: int
-    tells: str
+    reports: str
     words: tuple[str, ...] = ()
 
 
@@ -65,15 +65,15 @@ def ours(takes: Sequence[Take]) -> Row:
     begin = time.perf_counter()
     found = identify(runs, *thesis_files(), NAMES)
     seconds = time.perf_counter() - begin
-    told = found.estimates
-    lines = [f"{n} {e.low:.5g} to {e.high:.5g} {e.unit}" for n, e in told.items()]
+    estimates = found.estimates
+    lines = [f"{n} {e.low:.5g} to {e.high:.5g} {e.unit}" for n, e in estimates.items()]
     return Row(
         method="workbench identify",
-        value={name: one.value for name, one in told.items()},
-        interval90={name: (one.low, one.high) for name, one in told.items()},
+        value={name: one.value for name, one in estimates.items()},
+        interval90={name: (one.low, one.high) for name, one in estimates.items()},
         seconds=seconds,
         simulations=found.fit.evaluations * len(takes),
-        tells=f"units, misfit {found.misfit:.2f} of the noise, "
+        reports=f"units, misfit {found.misfit:.2f} of the noise, "
         f"{len(found.not_determined)} combinations open, {len(found.warnings)} warnings",
         words=(*lines, *found.warnings),
     )
@@ -116,7 +116,7 @@ def plain(takes: Sequence[Take]) -> Row:
         interval90={n: (float(a), float(b)) for n, a, b in zip(NAMES, low, high, strict=True)},
         seconds=seconds,
         simulations=count,
-        tells=f"its status, {found.message.rstrip('.')}; misfit {np.sqrt(spread):.1f} "
+        reports=f"its status, {found.message.rstrip('.')}; misfit {np.sqrt(spread):.1f} "
         "of the noise if one asks",
     )
 
@@ -138,7 +138,7 @@ def thesis(iterations: int) -> Row:
         interval90={},
         seconds=seconds,
         simulations=found.evaluations,
-        tells="a number; it looks at no data",
+        reports="a number; it looks at no data",
         words=(
             f"from {_listed(FMINCON_START)} within {_listed(FMINCON_LOW)} and "
             f"{_listed(FMINCON_HIGH)} to {_listed([found.values[n] for n in FMINCON_ORDER])}",

@@ -1,4 +1,4 @@
-"""The peer: mujoco.sysid, given what it needs and more than our own fit is told.
+"""The peer: mujoco.sysid, given what it needs and more than our own fit is given.
 
 It takes an initial state for each run, not a rest that depends on the parameters; here each
 candidate starts where its own weight lets it rest. It gets the true lag of the motor, the true
@@ -55,7 +55,7 @@ def peer(takes: Sequence[Take], windows_s: Sequence[float], by_hand: bool) -> Ro
     base = make_robot(model.values(), shape)
     parameters = _parameters(model.values())
     runs = [_Run(base, take, by_hand) for take in takes]
-    with _listening() as (told, printed):
+    with _listening() as (logged, printed):
         begin = time.perf_counter()
         for window in windows_s[:-1]:
             parameters, _, _ = _fitted(runs, parameters, window)
@@ -72,9 +72,10 @@ def peer(takes: Sequence[Take], windows_s: Sequence[float], by_hand: bool) -> Ro
         },
         seconds=seconds,
         simulations=sum(run.simulations for run in runs),
-        tells=f"no unit, no misfit in noise, nothing on what is open; {len(told.lines)} warnings",
+        reports="no unit, no misfit in noise, nothing on what is open; "
+        f"{len(logged.lines)} warnings",
         words=(
-            *told.lines,
+            *logged.lines,
             *(line for line in printed.getvalue().splitlines() if line.startswith("Terminated")),
             *(
                 f"{name} {v:.5g} +- {h:.2g}"
@@ -141,18 +142,18 @@ class _Run:
 
 
 @contextmanager
-def _listening() -> Iterator[tuple[_Told, io.StringIO]]:
+def _listening() -> Iterator[tuple[_Logged, io.StringIO]]:
     """Keep what the peer warns of and prints."""
-    told, printed, log = _Told(), io.StringIO(), logging.getLogger("absl")
-    log.addHandler(told)
+    logged, printed, log = _Logged(), io.StringIO(), logging.getLogger("absl")
+    log.addHandler(logged)
     try:
         with redirect_stdout(printed):
-            yield told, printed
+            yield logged, printed
     finally:
-        log.removeHandler(told)
+        log.removeHandler(logged)
 
 
-class _Told(logging.Handler):
+class _Logged(logging.Handler):
     """Keeps the peer's warnings."""
 
     def __init__(self) -> None:
@@ -188,9 +189,9 @@ def _in_the_plane(
 ) -> tuple[NDArray[np.float64], sysid.TimeSeries, sysid.TimeSeries]:
     """Return measured less predicted over the noise, x and z of T and of the rotor."""
     times = predicted.times - (predicted.times[1] - predicted.times[0])
-    told = sysid.TimeSeries(times, predicted.data, predicted.signal_mapping)
-    inside = sysid.signal_modifier.apply_delayed_ts_window(measured, told, 0.0, 0.0)
-    should = told.resample(inside.times)
+    series = sysid.TimeSeries(times, predicted.data, predicted.signal_mapping)
+    inside = sysid.signal_modifier.apply_delayed_ts_window(measured, series, 0.0, 0.0)
+    should = series.resample(inside.times)
     # the peer wants the very same mapping, not an equal one
     named = sysid.TimeSeries(should.times, should.data, inside.signal_mapping)
     return (inside.data - should.data)[:, PLANE] / NOISE_M, named, inside
@@ -250,5 +251,5 @@ def _insights(parameters: sysid.ParameterDict) -> list[str]:
     """Return what the peer's report says by itself about a result."""
     from mujoco.sysid.report.sections.insights import AutomatedInsights
 
-    told = AutomatedInsights("insights", parameters).get_context()["insights"]
-    return [f"{one['title']}: {one['message']}" for one in told]
+    insights = AutomatedInsights("insights", parameters).get_context()["insights"]
+    return [f"{one['title']}: {one['message']}" for one in insights]

@@ -47,7 +47,7 @@ class Repeat:
         seed: of the truth and its runs.
         setting: shared by the table.
         truth: of each parameter, SI.
-        value: of each parameter that was told.
+        value: of each parameter that was estimated.
         interval90: of the same.
         not_determined: in the fit's words.
         warnings: in the fit's words.
@@ -68,7 +68,7 @@ class Repeat:
     seconds: float
 
     def error(self, name: str) -> float:
-        """Return the share by which a parameter is off, NaN where it was not told."""
+        """Return the share by which a parameter is off, NaN where it was not estimated."""
         return self.value.get(name, np.nan) / self.truth[name] - 1
 
     def covers(self, name: str) -> bool:
@@ -188,8 +188,8 @@ def _kept(log: Path | None) -> list[Repeat]:
 def _print_repeat(one: Repeat) -> None:
     cells = ""
     for name in NAMES:
-        told = name in one.value
-        shown = f"{100 * one.error(name):10.3f}" if told else f"{'not told':>10}"
+        given = name in one.value
+        shown = f"{100 * one.error(name):10.3f}" if given else f"{'not estimated':>10}"
         cells += f"{shown} {'y' if one.covers(name) else 'n':>2}"
     print(
         f"{one.seed:5d}{cells}{one.fitted_increments:6d}{one.misfit:8.3f}{one.seconds:7.1f}",
@@ -203,10 +203,10 @@ def _print_counts(repeats: Sequence[Repeat]) -> None:
     print(f"\n{'':17}{'covered':>9}{'bar':>11}{'':8}{'worst err %':>12}{'bar %':>7}")
     for name in NAMES:
         covered = sum(one.covers(name) for one in repeats)
-        told = [abs(one.error(name)) for one in repeats if name in one.value]
-        worst, silent = max(told, default=np.inf), count - len(told)
+        given = [abs(one.error(name)) for one in repeats if name in one.value]
+        worst, silent = max(given, default=np.inf), count - len(given)
         fits, near = low <= covered <= high, worst <= BARS[name]
-        missing = f", not told in {silent}" if silent else ""
+        missing = f", not estimated in {silent}" if silent else ""
         print(
             f"{name:17}{covered:9d}{low:6.0f}-{high:.0f}{'':2}{_verdict(fits):8}"
             f"{100 * worst:12.3f}{100 * BARS[name]:7.0f}  {_verdict(near)}{missing}"

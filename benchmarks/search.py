@@ -280,7 +280,7 @@ FUNCTIONS = {"smooth bowl": smooth, "ripples and cliffs": cliffs}
 PEERS: Mapping[str, Peer] = {
     "ours: ga of the thesis": ours(GeneticAlgorithm),
     "ours: cma": ours(Cmaes),
-    "ours: guided, told nothing": ours(Guided),
+    "ours: guided, given nothing": ours(Guided),
     "pymoo GA": pymoo_peer(GA),
     "pymoo DE": pymoo_peer(DE),
     "scipy DE": scipy_de,

@@ -9,7 +9,7 @@
     python -m benchmarks.bank --seed 1 --flip hinge_cubic_stiffness
 
 One line of JSON is kept for each case beside the page, where it is versioned: a later call, on any
-machine, goes on where one was stopped, and the page tells of all draws that were ever kept. Cases
+machine, goes on where one was stopped, and the page reports all draws that were ever kept. Cases
 lie in the work folder's `cases`, their labels in `sealed`; a process of its own answers, which is
 given the case's folder only. With `--held` cases have nine runs of eight seconds without a hop;
 with `--reduced` five of three seconds: a night holds hundreds, and what is small hardly shows. With

@@ -82,7 +82,7 @@ class Case:
 
     @property
     def name(self) -> str:
-        """Return the folder's name; it tells nothing of the truth."""
+        """Return the folder's name; it says nothing of the truth."""
         return f"case-{self.seed:06d}"
 
     def rng(self, *part: int) -> np.random.Generator:

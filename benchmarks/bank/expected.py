@@ -42,19 +42,19 @@ def expected(case: Case) -> dict[str, list[str]]:
     causes = list(case.causes)
     name = ["NAMED", "DATA_FAULT"] if set(causes) <= _SENSOR else ["NAMED"]
     if case.block == "single":
-        return _told([*name, "SET"] if case.sizes[0] < 1 else name, causes, causes)
+        return _expectation([*name, "SET"] if case.sizes[0] < 1 else name, causes, causes)
     if case.block == "null":
-        return _told(["CLEAN"], [], [])
+        return _expectation(["CLEAN"], [], [])
     if case.block == "pair":
-        return _told(name, causes, causes)
+        return _expectation(name, causes, causes)
     if case.block == "outside":
-        return _told(["NONE", "PARTIAL"], [], [])
+        return _expectation(["NONE", "PARTIAL"], [], [])
     if case.block == "tie":
-        return _told(["SET"], causes, causes[:1])
+        return _expectation(["SET"], causes, causes[:1])
     if case.block == "sensor":
-        return _told(["DATA_FAULT", "NAMED"], [], _SENSOR_EFFECTS[case.kind])
-    return _told(*_TRAPS[case.kind])
+        return _expectation(["DATA_FAULT", "NAMED"], [], _SENSOR_EFFECTS[case.kind])
+    return _expectation(*_TRAPS[case.kind])
 
 
-def _told(answers: list[str], listed: list[str], named: list[str]) -> dict[str, list[str]]:
+def _expectation(answers: list[str], listed: list[str], named: list[str]) -> dict[str, list[str]]:
     return {"answers": answers, "listed": listed, "named": named}

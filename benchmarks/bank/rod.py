@@ -136,8 +136,8 @@ def swing(rod: Rod, course: Course, tolerance: float = TOLERANCE) -> Motion:
 def energies(rod: Rod, motion: Motion) -> tuple[Array, Array]:
     """Return potential and kinetic energy of a clamped motion without effects, (n,) each [J]."""
     engine = _engine(rod, "fixed")
-    told = [conserved(engine.mesh, engine.constants, y, engine.work, 3) for y in motion.states]
-    potential, kinetic = np.array(told).T
+    found = [conserved(engine.mesh, engine.constants, y, engine.work, 3) for y in motion.states]
+    potential, kinetic = np.array(found).T
     return potential, kinetic
 
 
@@ -189,7 +189,7 @@ def _sole(rod: Rod) -> Array:
 
 
 def _start(rod: Rod, engine: _Engine, course: Course) -> tuple[_Engine, Array]:
-    """Return the engine, its effects told where the rest is, and the state at time zero."""
+    """Return the engine, its effects stated where the rest is, and the state at time zero."""
     mesh, n = engine.mesh, engine.mesh.turn.shape[1]
     size = PITCH + 1 + n + 1
     state = np.zeros(2 * size + 1 + len(mesh.mass) + BRANCHES * n + 1 + 4)

@@ -64,8 +64,8 @@ def _law(**constants: str) -> RodEffect:
     """Return an effect that sets constants of the equations, constant=quantity."""
 
     def act(rod: Rod, values: Values) -> Rod:
-        told = {constant: values.get(quantity, 0.0) for constant, quantity in constants.items()}
-        return replace(rod, laws=dict(rod.laws) | told)
+        given = {constant: values.get(quantity, 0.0) for constant, quantity in constants.items()}
+        return replace(rod, laws=dict(rod.laws) | given)
 
     return RodEffect(act)
 

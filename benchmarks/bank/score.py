@@ -67,12 +67,12 @@ class Judged:
         verdict: NAMED, SET, PARTIAL, NONE, CLEAN or DATA_FAULT; LATE where no answer came in time.
         causes: that the answer lists, best first.
         confidence: of the first cause, NaN where there is none.
-        parameters: (value, low, high) told by (effect, quantity).
-        removed: share of the removable error that the extension removed, NaN where not told.
-        harm: relative rise of the held-out error by the extension, NaN where not told.
-        seconds: that the answer took, NaN where not told.
-        screening: seconds until all causes had a score, NaN where not told.
-        peak: memory [MB], NaN where not told.
+        parameters: (value, low, high) reported by (effect, quantity).
+        removed: share of the removable error that the extension removed, NaN where not reported.
+        harm: relative rise of the held-out error by the extension, NaN where not reported.
+        seconds: that the answer took, NaN where not reported.
+        screening: seconds until all causes had a score, NaN where not reported.
+        peak: memory [MB], NaN where not reported.
     """
 
     label: Label
@@ -107,33 +107,33 @@ class Judged:
 
     def expects(self, what: str) -> list[str]:
         """Return `answers`, `listed` or `named` of what is right."""
-        told = self.label["expected"]
-        assert isinstance(told, dict)
-        return told[what]
+        expected = self.label["expected"]
+        assert isinstance(expected, dict)
+        return expected[what]
 
     @property
     def right(self) -> bool:
-        """Tell whether the verdict is one of the right ones and its causes are."""
+        """Return whether the verdict is one of the right ones and its causes are."""
         if self.verdict not in self.expects("answers"):
             return False
         return set(self.expects("listed")) <= set(self.causes) and not self.false_name
 
     @property
     def names(self) -> bool:
-        """Tell whether the answer gives the cause a name; a fault of the data may have one too."""
+        """Return whether a cause is named; a fault of the data may have a name too."""
         return self.verdict in ("NAMED", "PARTIAL") or (
             self.verdict == "DATA_FAULT" and bool(self.causes)
         )
 
     @property
     def listed(self) -> bool:
-        """Tell whether all true causes are named or in the set, where there are any."""
+        """Return whether all true causes are named or in the set, where there are any."""
         given = self.names or self.verdict == "SET"
         return given and bool(self.truth) and set(self.truth) <= set(self.causes)
 
     @property
     def false_name(self) -> bool:
-        """Tell whether a named cause is none of the true ones."""
+        """Return whether a named cause is none of the true ones."""
         return self.names and not set(self.causes) <= set(self.expects("named"))
 
 
@@ -154,9 +154,9 @@ def judge(answer: Answer, label: Label, spent: Mapping[str, object] | None = Non
     causes = answer.get("causes") or []
     assert isinstance(causes, list)
     parameters = {
-        (cause["effect"], name): (told["value"], *told["interval90"])
+        (cause["effect"], name): (reported["value"], *reported["interval90"])
         for cause in causes
-        for name, told in cause.get("parameters", {}).items()
+        for name, reported in cause.get("parameters", {}).items()
     }
     errors = answer.get("rmse_mm") or {}
     assert isinstance(errors, dict)
@@ -288,7 +288,7 @@ def _top(one: Judged) -> bool:
 
 
 def _shows_in_hops(one: Judged) -> bool:
-    """Tell whether a hop alone shows the causes: clamped runs and ring-downs do not change."""
+    """Return whether a hop alone shows the causes: clamped runs and ring-downs do not change."""
     return all(AMOUNTS[name].shown == "hop" for name in one.truth if name in AMOUNTS)
 
 
@@ -309,7 +309,7 @@ def _parameter_errors(judged: Iterable[Judged]) -> list[float]:
 
 
 def covered(one: Judged, effect: str) -> list[bool]:
-    """Tell of each size of an effect that was told whether its interval holds the truth."""
+    """Return of each size of an effect that was reported whether its interval holds the truth."""
     return [
         one.parameters[effect, name][1] <= value <= one.parameters[effect, name][2]
         for name, value in one.truth[effect].items()
@@ -355,14 +355,14 @@ def _mean(name: str, values: Sequence[float]) -> Score:
 
 
 def _median(name: str, values: Iterable[float]) -> Score:
-    told = [value for value in values if value == value]
-    value = float(np.median(told)) if told else math.nan
-    return Score(name, value, None, len(told), (math.nan, math.nan))
+    reported = [value for value in values if value == value]
+    value = float(np.median(reported)) if reported else math.nan
+    return Score(name, value, None, len(reported), (math.nan, math.nan))
 
 
 def _worst(name: str, values: Iterable[float]) -> Score:
-    told = [value for value in values if value == value]
-    return Score(name, max(told, default=math.nan), None, len(told), (math.nan, math.nan))
+    reported = [value for value in values if value == value]
+    return Score(name, max(reported, default=math.nan), None, len(reported), (math.nan, math.nan))
 
 
 def _number(value: object) -> float:
