@@ -45,7 +45,7 @@ def test_a_run_held_out_has_the_process_noise_that_it_asks_for() -> None:
     given = fits.unseen(base)
     assert given.noise == base.estimator.noise
     (found,) = fits.judged(base)
-    (one,) = unseen(base, given.with_noise(given.noise | {"beam": 30 * given.noise["beam"]}))
+    (one,) = unseen(base, given.with_noise(dict(given.noise) | {"beam": 30 * given.noise["beam"]}))
     print(float(found.sum()), float(one.sum()))
     assert found.sum() == pytest.approx(one.sum(), abs=20)  # 360 costlier by what is given
 
